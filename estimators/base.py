@@ -1,0 +1,91 @@
+"""The contract of every pose estimator: a stream of observations in, honest poses out."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any, ClassVar, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grouser.geometry import Array
+
+Observation: TypeAlias = Mapping[str, NDArray[Any]]
+"""What one step of an environment shows: keys, shapes and units as in docs of the environments."""
+
+
+class Status(Enum):
+    """How an estimate came about."""
+
+    TRACKING = "tracking"
+    """A measurement of the outside world supports it."""
+    COASTING = "coasting"
+    """Prediction only: the covariance grows until a measurement returns."""
+    LOST = "lost"
+    """Predicted for too long; the pose should not be acted upon."""
+
+
+@dataclass(frozen=True, slots=True)
+class PoseEstimate:
+    """A pose in the frame of the first observation, with how far it may be off."""
+
+    pose: Array
+    """(3,) x [m], y [m], heading [rad] wrapped to (-pi, pi]."""
+    covariance: Array
+    """(3, 3) of x, y, heading; honest: the NEES is near 3."""
+    status: Status
+    stamp: float
+    """s"""
+    pose_3d: Array | None = None
+    """(4, 4) T_start_base, from estimators that know height, roll and pitch."""
+    diagnostics: Mapping[str, float] = field(default_factory=dict)
+    """Matches, inliers, iterations, milliseconds per stage."""
+
+
+class PoseEstimator(ABC):
+    """Turns a stream of observations into poses in the frame of the first one.
+
+    A leaf class is constructed as `Estimator(rig, **options)`, raises `ValueError` there when the
+    rig lacks a part that it needs, and is deterministic: the same generator and observations give
+    the same bits. It keeps no reference to an observation.
+    """
+
+    requires: ClassVar[frozenset[str]]
+    """Observation keys that it reads; it is given these and no others."""
+    optional: ClassVar[frozenset[str]] = frozenset()
+    """Observation keys that it reads where the robot has them."""
+
+    @abstractmethod
+    def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
+        """Start anew at pose zero with the first observation."""
+
+    @abstractmethod
+    def update(self, observation: Observation) -> PoseEstimate:
+        """Take the next observation and return the pose at its stamp."""
+
+
+TRUTH_KEYS = frozenset({"true_pose", "true_pose_3d"})
+"""Keys of `info` that only the estimator named ground-truth may require."""
+
+
+def readable(
+    estimator: PoseEstimator, observation: Observation, info: Mapping[str, Any]
+) -> dict[str, NDArray[Any]]:
+    """The part of an observation that an estimator may see: what it declares, and nothing else.
+
+    The truth is handed over only to an estimator that requires it by name, which the registry
+    allows for ground-truth alone.
+
+    Raises:
+        ValueError: the environment does not give what the estimator requires.
+    """
+    truth = estimator.requires & TRUTH_KEYS
+    missing = sorted((estimator.requires - truth - set(observation)) | (truth - set(info)))
+    if missing:
+        raise ValueError(
+            f"{type(estimator).__name__} requires {missing}, but the environment gives "
+            f"{sorted(observation)}; make it with sensors= that include them"
+        )
+    seen = (estimator.requires - truth) | (estimator.optional & set(observation))
+    return {key: observation[key] for key in sorted(seen)} | {key: info[key] for key in truth}

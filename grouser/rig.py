@@ -1,0 +1,236 @@
+"""What an estimator may know of its robot: the calibration of its tracks and sensors.
+
+Frozen values of plain numbers and read-only arrays, so that a rig can be pickled, compared,
+written to YAML and handed to an estimator in another process.
+"""
+
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from numpy.typing import ArrayLike
+
+from grouser.geometry import Array, inverse_transform, rotation_from_rpy, transform
+
+# Columns: the optical axes (x right, y down, z forward) in the base frame (x forward, y left, z up)
+R_BASE_OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+R_BASE_OPTICAL.setflags(write=False)
+
+
+def camera_mount(
+    x: float = 0.0,
+    y: float = 0.0,
+    z: float = 0.0,
+    *,
+    roll: float = 0.0,
+    pitch: float = 0.0,
+    yaw: float = 0.0,
+) -> Array:
+    """T_base_camera (4, 4) of a camera at (x, y, z) [m]; positive pitch [rad] looks down."""
+    return transform(rotation_from_rpy(roll, pitch, yaw) @ R_BASE_OPTICAL, [x, y, z])
+
+
+def _frozen(value: ArrayLike, shape: tuple[int, ...], name: str) -> Array:
+    array = np.array(value, dtype=np.float64)
+    if array.shape != shape:
+        raise ValueError(f"{name} must have shape {shape}, got {array.shape}")
+    array.setflags(write=False)
+    return array
+
+
+def _positive(owner: object, *names: str) -> None:
+    for name in names:
+        value = getattr(owner, name)
+        if not (np.isfinite(value) and value > 0):
+            raise ValueError(f"{type(owner).__name__}.{name} must be positive, got {value!r}")
+
+
+@dataclass(frozen=True, slots=True)
+class TrackGeometry:
+    """The two tracks. `gauge` and `effective_width` take the place of the paper's D + 2b, eq. (4)."""
+
+    gauge: float
+    """Distance between the centre lines of the tracks, m."""
+    width: float
+    """Width of one track, m."""
+    effective_width: float
+    """(u_R - u_L) / yaw rate as calibrated on typical ground, m: more than the gauge, by slip."""
+
+    def __post_init__(self) -> None:
+        _positive(self, "gauge", "width", "effective_width")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StereoCamera:
+    """A rectified stereo pair; the left camera is the reference. Pixel centres are at integers."""
+
+    fx: float
+    """Focal length, px."""
+    fy: float
+    cx: float
+    """Principal point, px."""
+    cy: float
+    baseline: float
+    """Distance from the left to the right optical centre, m."""
+    width: int
+    height: int
+    T_base_camera: Array
+    """(4, 4) left camera's optical frame in the robot frame."""
+    mount_sigma: Array = field(default_factory=lambda: np.zeros(6))
+    """(6,) how well T_base_camera is known: x, y, z [m], roll, pitch, yaw [rad], one sigma."""
+    disparity_offset: float = 0.0
+    """Measured minus true disparity, px (a residual of the rectification)."""
+
+    def __post_init__(self) -> None:
+        _positive(self, "fx", "fy", "baseline", "width", "height")
+        T = _frozen(self.T_base_camera, (4, 4), "StereoCamera.T_base_camera")
+        sigma = _frozen(self.mount_sigma, (6,), "StereoCamera.mount_sigma")
+        object.__setattr__(self, "T_base_camera", T)
+        object.__setattr__(self, "mount_sigma", sigma)
+
+    @property
+    def T_camera_base(self) -> Array:
+        """(4, 4) the robot frame in the left camera's optical frame."""
+        return inverse_transform(self.T_base_camera)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, StereoCamera) and _plain(self) == _plain(other)
+
+    def __hash__(self) -> int:
+        return hash((self.fx, self.fy, self.cx, self.cy, self.baseline, self.width, self.height))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lidar:
+    """A planar lidar; beam i points along angle_min + i * angle_increment in its x-y plane."""
+
+    n_beams: int
+    angle_min: float
+    """rad"""
+    angle_increment: float
+    """rad"""
+    range_min: float
+    """m"""
+    range_max: float
+    """m; also the reading of a beam that hit nothing"""
+    sigma_range: float
+    """m"""
+    sigma_bearing: float
+    """rad"""
+    T_base_lidar: Array
+    """(4, 4) the sensor frame (x forward, y left, z up) in the robot frame."""
+
+    def __post_init__(self) -> None:
+        _positive(self, "n_beams", "range_max")
+        T = _frozen(self.T_base_lidar, (4, 4), "Lidar.T_base_lidar")
+        object.__setattr__(self, "T_base_lidar", T)
+
+    @property
+    def bearings(self) -> Array:
+        """(n_beams,) rad."""
+        return self.angle_min + self.angle_increment * np.arange(self.n_beams)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Lidar) and _plain(self) == _plain(other)
+
+    def __hash__(self) -> int:
+        return hash((self.n_beams, self.angle_min, self.angle_increment, self.range_max))
+
+
+@dataclass(frozen=True, slots=True)
+class Imu:
+    """White noise of an inertial unit at the robot's origin, averaged over one step."""
+
+    sigma_acceleration: float
+    """m/s^2"""
+    sigma_rate: float
+    """rad/s"""
+
+
+@dataclass(frozen=True, slots=True)
+class Rig:
+    """The calibration of one robot. What the robot, or its recording, does not have is None."""
+
+    dt: float
+    """Time between two observations, s."""
+    tracks: TrackGeometry | None = None
+    stereo: StereoCamera | None = None
+    lidar: Lidar | None = None
+    imu: Imu | None = None
+
+    def __post_init__(self) -> None:
+        _positive(self, "dt")
+
+    def with_overrides(self, overrides: dict[str, Any]) -> "Rig":
+        """A rig with some values replaced, by dotted name: {"stereo.T_base_camera": T}.
+
+        Raises:
+            ValueError: a name that the rig does not have; it lists those it has.
+        """
+        rig = self
+        for name, value in overrides.items():
+            part_name, _, field_name = name.partition(".")
+            part = getattr(rig, part_name, None) if part_name in _field_names(rig) else None
+            if not field_name and part_name in _field_names(rig):
+                rig = replace(rig, **{part_name: value})
+            elif field_name and part is not None and field_name in _field_names(part):
+                rig = replace(rig, **{part_name: replace(part, **{field_name: value})})
+            else:
+                allowed = ", ".join(sorted(_dotted_names(rig)))
+                raise ValueError(f"the rig has no {name!r} to override; it has: {allowed}")
+        return rig
+
+    def to_yaml(self, path: str | Path) -> None:
+        """Write the rig as YAML; `from_yaml` reads the same rig back."""
+        Path(path).write_text(yaml.safe_dump(_plain(self), sort_keys=False))
+
+    @staticmethod
+    def from_yaml(path: str | Path) -> "Rig":
+        """Read a rig.
+
+        Raises:
+            ValueError: the file is not YAML, or an entry is missing, unknown or malformed.
+        """
+        try:
+            data = yaml.safe_load(Path(path).read_text())
+            parts = {
+                name: None if data.get(name) is None else kind(**data[name])
+                for name, kind in _PARTS.items()
+            }
+            unknown = set(data) - set(_PARTS) - {"dt"}
+            if unknown:
+                raise ValueError(f"unknown entries {sorted(unknown)}")
+            return Rig(dt=data["dt"], **parts)
+        except (yaml.YAMLError, AttributeError, KeyError, TypeError, ValueError) as error:
+            raise ValueError(f"{path} is not a rig: {error}; expected dt, {_EXPECTED}") from error
+
+
+_PARTS: dict[str, Any] = {
+    "tracks": TrackGeometry,
+    "stereo": StereoCamera,
+    "lidar": Lidar,
+    "imu": Imu,
+}
+_EXPECTED = ", ".join(_PARTS)
+
+
+def _field_names(part: Any) -> list[str]:
+    return [f.name for f in fields(part)]
+
+
+def _dotted_names(rig: Rig) -> list[str]:
+    parts = {name: getattr(rig, name) for name in _PARTS}
+    present = {name: part for name, part in parts.items() if part is not None}
+    nested = [f"{name}.{inner}" for name, part in present.items() for inner in _field_names(part)]
+    return [*_field_names(rig), *nested]
+
+
+def _plain(value: Any) -> Any:
+    """The value as nested dictionaries and lists of plain numbers."""
+    if hasattr(value, "__dataclass_fields__"):
+        return {name: _plain(getattr(value, name)) for name in _field_names(value)}
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    return value
