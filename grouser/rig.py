@@ -49,7 +49,7 @@ def _positive(owner: object, *names: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class TrackGeometry:
-    """The two tracks. `gauge` and `effective_width` take the place of the paper's D + 2b, eq. (4)."""
+    """The two tracks: `gauge` and `effective_width` replace the paper's D + 2b in eq. (4)."""
 
     gauge: float
     """Distance between the centre lines of the tracks, m."""
@@ -130,7 +130,7 @@ class Lidar:
     @property
     def bearings(self) -> Array:
         """(n_beams,) rad."""
-        return self.angle_min + self.angle_increment * np.arange(self.n_beams)
+        return self.angle_min + self.angle_increment * np.arange(self.n_beams, dtype=np.float64)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Lidar) and _plain(self) == _plain(other)
