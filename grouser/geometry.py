@@ -16,7 +16,11 @@ _SMALL = 1e-4
 
 def wrap(angle: ArrayLike) -> Array:
     """Angle [rad] of any shape, wrapped to (-pi, pi]."""
-    return np.pi - np.mod(np.pi - np.asarray(angle, dtype=np.float64), 2 * np.pi)
+    angle = np.asarray(angle, dtype=np.float64)
+    wrapped = np.pi - np.mod(np.pi - angle, 2 * np.pi)
+    # A remainder just short of a full turn rounds up to it; an angle in range keeps its bits.
+    wrapped = np.where(wrapped <= -np.pi, np.pi, wrapped)
+    return np.where(np.abs(angle) < np.pi, angle, wrapped)
 
 
 def _sinc(x: Array) -> Array:
