@@ -4,6 +4,7 @@ Frozen values of plain numbers and read-only arrays, so that a rig can be pickle
 written to YAML and handed to an estimator in another process.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
@@ -36,8 +37,22 @@ def _frozen(value: ArrayLike, shape: tuple[int, ...], name: str) -> Array:
     array = np.array(value, dtype=np.float64)
     if array.shape != shape:
         raise ValueError(f"{name} must have shape {shape}, got {array.shape}")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name} must be finite, got {array.tolist()}")
     array.setflags(write=False)
     return array
+
+
+def _frozen_mount(value: ArrayLike, name: str) -> Array:
+    T = _frozen(value, (4, 4), name)
+    R = T[:3, :3]
+    rigid = np.allclose(R @ R.T, np.eye(3), atol=1e-6) and np.linalg.det(R) > 0
+    if not (rigid and np.array_equal(T[3], [0, 0, 0, 1])):
+        raise ValueError(
+            f"{name} must be a rigid transform, a rotation beside a translation above "
+            f"[0, 0, 0, 1], got {T.tolist()}"
+        )
+    return T
 
 
 def _positive(owner: object, *names: str) -> None:
@@ -85,7 +100,7 @@ class StereoCamera:
 
     def __post_init__(self) -> None:
         _positive(self, "fx", "fy", "baseline", "width", "height")
-        T = _frozen(self.T_base_camera, (4, 4), "StereoCamera.T_base_camera")
+        T = _frozen_mount(self.T_base_camera, "StereoCamera.T_base_camera")
         sigma = _frozen(self.mount_sigma, (6,), "StereoCamera.mount_sigma")
         object.__setattr__(self, "T_base_camera", T)
         object.__setattr__(self, "mount_sigma", sigma)
@@ -100,6 +115,9 @@ class StereoCamera:
 
     def __hash__(self) -> int:
         return hash((self.fx, self.fy, self.cx, self.cy, self.baseline, self.width, self.height))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _rebuilt(self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -124,7 +142,7 @@ class Lidar:
 
     def __post_init__(self) -> None:
         _positive(self, "n_beams", "range_max")
-        T = _frozen(self.T_base_lidar, (4, 4), "Lidar.T_base_lidar")
+        T = _frozen_mount(self.T_base_lidar, "Lidar.T_base_lidar")
         object.__setattr__(self, "T_base_lidar", T)
 
     @property
@@ -137,6 +155,9 @@ class Lidar:
 
     def __hash__(self) -> int:
         return hash((self.n_beams, self.angle_min, self.angle_increment, self.range_max))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _rebuilt(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,8 +183,12 @@ class Rig:
 
     def __post_init__(self) -> None:
         _positive(self, "dt")
+        for name, kind in _PARTS.items():
+            part = getattr(self, name)
+            if not (part is None or isinstance(part, kind)):
+                raise ValueError(f"Rig.{name} must be a {kind.__name__} or None, got {part!r}")
 
-    def with_overrides(self, overrides: dict[str, Any]) -> "Rig":
+    def with_overrides(self, overrides: Mapping[str, Any]) -> "Rig":
         """A rig with some values replaced, by dotted name: {"stereo.T_base_camera": T}.
 
         Raises:
@@ -171,15 +196,15 @@ class Rig:
         """
         rig = self
         for name, value in overrides.items():
+            allowed = sorted(_dotted_names(rig))
+            if name not in allowed:
+                raise ValueError(
+                    f"the rig has no {name!r} to override; it has: {', '.join(allowed)}"
+                )
             part_name, _, field_name = name.partition(".")
-            part = getattr(rig, part_name, None) if part_name in _field_names(rig) else None
-            if not field_name and part_name in _field_names(rig):
-                rig = replace(rig, **{part_name: value})
-            elif field_name and part is not None and field_name in _field_names(part):
-                rig = replace(rig, **{part_name: replace(part, **{field_name: value})})
-            else:
-                allowed = ", ".join(sorted(_dotted_names(rig)))
-                raise ValueError(f"the rig has no {name!r} to override; it has: {allowed}")
+            if field_name:
+                value = replace(getattr(rig, part_name), **{field_name: value})
+            rig = replace(rig, **{part_name: value})
         return rig
 
     def to_yaml(self, path: str | Path) -> None:
@@ -214,6 +239,11 @@ _PARTS: dict[str, Any] = {
     "imu": Imu,
 }
 _EXPECTED = ", ".join(_PARTS)
+
+
+def _rebuilt(part: Any) -> tuple[Any, ...]:
+    """Pickle and copy by construction: NumPy's own pickles would come back writeable."""
+    return type(part), tuple(getattr(part, name) for name in _field_names(part))
 
 
 def _field_names(part: Any) -> list[str]:
