@@ -1,0 +1,115 @@
+"""Dead reckoning: the tracks' increments added up, with the errors that add up along with them."""
+
+from typing import ClassVar
+
+import numpy as np
+
+from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator, Status
+from grouser.estimators.track_motion import (
+    SideSlip,
+    TrackNoise,
+    arc_jacobian,
+    arc_pose,
+    chord,
+    track_increment,
+    track_increment_jacobian,
+)
+from grouser.geometry import Array, compose, compose_jacobians
+from grouser.rig import Rig, TrackGeometry
+
+
+class DeadReckoning(PoseEstimator):
+    """Eqs. (2) to (5) of the first paper with the exact arc and true Jacobians (SPEC 1.1).
+
+    The covariance belongs to six states: the pose, the scale errors of the left and right track and
+    that of the turn. Nothing observes the scales; they correlate the errors of all increments.
+
+    Its status is always COASTING: it never looks at the outside world, so its covariance can only
+    grow.
+    """
+
+    requires: ClassVar[frozenset[str]] = frozenset({"tracks", "stamp"})
+
+    def __init__(
+        self,
+        rig: Rig,
+        *,
+        track_noise: float = 0.03,
+        track_noise_floor: float = 0.0002,
+        side_slip: float = 0.02,
+        side_slip_turning: float = 0.005,
+        track_scale_sigma: float = 0.02,
+        turn_scale_sigma: float = 0.10,
+    ) -> None:
+        """
+        Args:
+            rig: the calibration; its `tracks` are used.
+            track_noise: white noise of a track's increment, as a share of the increment.
+            track_noise_floor: the same at rest, m.
+            side_slip: white sideways slip, m per m forward.
+            side_slip_turning: the same, m per rad.
+            track_scale_sigma: share of a track's increment that slips or is miscalibrated all the
+                time. Constant errors never average out; they are why dead reckoning drifts.
+            turn_scale_sigma: share of a turn beside what the tracks' scales explain: the effective
+                width depends on the ground and on the radius.
+
+        Raises:
+            ValueError: the rig says nothing about tracks, or a sigma is negative.
+        """
+        if rig.tracks is None:
+            raise ValueError(
+                "dead reckoning needs rig.tracks, and this rig has None; pass an override such as "
+                "rig={'tracks': TrackGeometry(gauge=..., width=..., effective_width=...)}"
+            )
+        self._tracks: TrackGeometry = rig.tracks
+        self._track_noise = TrackNoise(scale=track_noise, floor=track_noise_floor)
+        self._side_slip = SideSlip(forward=side_slip, turning=side_slip_turning)
+        self._scale_sigmas = np.array([track_scale_sigma, track_scale_sigma, turn_scale_sigma])
+        if not (self._scale_sigmas >= 0).all():
+            raise ValueError(f"scale sigmas must be zero or more, got {self._scale_sigmas}")
+        self._pose = np.zeros(3)
+        self._covariance = np.zeros((6, 6))
+
+    def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
+        """Start at pose zero, known exactly, with scales known as well as their sigmas say."""
+        self._pose = np.zeros(3)
+        self._covariance = np.diag([0.0, 0.0, 0.0, *self._scale_sigmas**2])
+        return self._estimate(observation)
+
+    def update(self, observation: Observation) -> PoseEstimate:
+        """Add one increment.
+
+        Raises:
+            ValueError: the increments are not two finite numbers.
+        """
+        du = np.asarray(observation["tracks"], dtype=np.float64)
+        if du.shape != (2,) or not np.isfinite(du).all():
+            raise ValueError(f"observation 'tracks' must be two finite numbers [m], got {du}")
+        self._predict(du)
+        return self._estimate(observation)
+
+    def _predict(self, du: Array) -> None:
+        width = self._tracks.effective_width
+        turn, arc_length = track_increment(du, width)
+        increment = arc_pose(turn, arc_length)
+        by_arc = arc_jacobian(turn, arc_length)
+        by_du = by_arc @ track_increment_jacobian(width)
+        by_scales = np.column_stack([by_du * du, by_arc[:, 0] * turn])
+        noise = by_du @ self._track_noise.covariance(du) @ by_du.T
+        noise += self._side_slip.covariance(turn, chord(turn, arc_length))
+
+        by_pose, by_increment = compose_jacobians(self._pose, increment)
+        F = np.eye(6)
+        F[:3, :3], F[:3, 3:] = by_pose, by_increment @ by_scales
+        P = F @ self._covariance @ F.T
+        P[:3, :3] += by_increment @ noise @ by_increment.T
+        self._pose = compose(self._pose, increment)
+        self._covariance = (P + P.T) / 2
+
+    def _estimate(self, observation: Observation) -> PoseEstimate:
+        return PoseEstimate(
+            pose=self._pose.copy(),
+            covariance=self._covariance[:3, :3].copy(),
+            status=Status.COASTING,
+            stamp=float(observation["stamp"][0]),
+        )

@@ -1,0 +1,148 @@
+"""Dead reckoning: exact on its own model, and honest about how far it may be off."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from grouser import geometry
+from grouser.estimators import Status, make
+from grouser.estimators.base import PoseEstimate
+from grouser.estimators.dead_reckoning import DeadReckoning
+from grouser.estimators.track_motion import SideSlip, TrackNoise, arc_pose, chord, track_increment
+from grouser.geometry import Array
+from grouser.rig import Rig, TrackGeometry
+
+WIDTH = 0.55
+TRACK_SCALE, TURN_SCALE = 0.02, 0.10  # the defaults of the estimator
+RIG = Rig(dt=0.1, tracks=TrackGeometry(gauge=0.4, width=0.08, effective_width=WIDTH))
+
+
+def observation(du: Array, step: int) -> dict[str, Array]:
+    return {"tracks": du, "stamp": np.array([step * RIG.dt])}
+
+
+def run(estimator: DeadReckoning, increments: Array) -> Iterator[PoseEstimate]:
+    rng = np.random.default_rng(0)
+    yield estimator.reset(observation(np.zeros(2), 0), rng=rng)
+    for step, du in enumerate(increments, start=1):
+        yield estimator.update(observation(du, step))
+
+
+def drive(steps: int) -> Array:
+    """(steps, 2) increments: straight, a left and a right bend, reverse, a spot turn."""
+    pieces = [[0.04, 0.04], [0.03, 0.05], [0.05, 0.03], [-0.04, -0.03], [-0.02, 0.02]]
+    return np.repeat(pieces, steps // len(pieces), axis=0)
+
+
+def simulated_nees(rng: np.random.Generator, runs: int, **options: float) -> Array:
+    """(runs,) NEES after a drive whose errors are drawn from the estimator's own model."""
+    track_noise, side_slip = TrackNoise(), SideSlip()
+    commanded = drive(60)
+    nees = np.empty(runs)
+    for index in range(runs):
+        scale = 1 + TRACK_SCALE * rng.normal(size=2)
+        turn_scale = 1 + TURN_SCALE * rng.normal()
+        truth = np.zeros(3)
+        for du in commanded:
+            sigma = np.sqrt(np.diag(track_noise.covariance(du)))
+            turn, arc_length = track_increment(du * scale + sigma * rng.normal(size=2), WIDTH)
+            turn *= turn_scale
+            slip = side_slip.sigma(turn, chord(turn, arc_length)) * rng.normal()
+            step = arc_pose(turn, arc_length)
+            step[:2] += slip * np.array([-np.sin(turn / 2), np.cos(turn / 2)])
+            truth = geometry.compose(truth, step)
+        *_, last = run(DeadReckoning(RIG, **noise), commanded)  # type: ignore[arg-type]
+        error = geometry.between(last.pose, truth)
+        in_world = geometry.rotate(last.pose[2], error[:2])
+        error = np.append(in_world, error[2])
+        nees[index] = error @ np.linalg.solve(last.covariance, error)
+    return nees
+
+
+def test_nees_is_three_on_its_own_noise_model() -> None:
+    runs = 400
+    nees = simulated_nees(np.random.default_rng(0), runs)
+    # The sum of `runs` independent chi-square(3) has standard deviation sqrt(6 runs): 3.3 sigma.
+    assert abs(nees.mean() - 3) < 3.3 * np.sqrt(6 / runs)
+    assert (nees > 11.345).mean() < 0.025  # one per cent lies above chi2_3(0.99)
+
+
+def test_without_the_scale_prior_the_covariance_is_far_too_small() -> None:
+    white_only = simulated_nees(
+        np.random.default_rng(0), 100, track_scale_sigma=0.0, turn_scale_sigma=0.0
+    )
+    assert white_only.mean() > 20
+
+
+def test_noise_free_increments_give_the_exact_arc() -> None:
+    du, steps = np.array([0.03, 0.05]), 200
+    *_, last = run(DeadReckoning(RIG), np.tile(du, (steps, 1)))
+    expected = geometry.exp([0.04 * steps, 0.0, 0.02 / WIDTH * steps])
+    assert np.abs(last.pose - expected).max() < 1e-12
+
+
+def test_covariance_matches_a_numeric_propagation() -> None:
+    """Perturb every noise input of a drive in turn; first order must add up to the covariance."""
+    commanded, h = drive(10), 1e-6
+    noise, slip = TrackNoise(), SideSlip()
+
+    def end(inputs: Array) -> Array:
+        scales, white = inputs[:3], inputs[3:].reshape(-1, 3)
+        pose = np.zeros(3)
+        for du, (left, right, side) in zip(commanded, white, strict=True):
+            actual = du * (1 + scales[:2]) + [left, right]
+            turn, arc_length = track_increment(actual, WIDTH)
+            turn += scales[2] * turn
+            step = arc_pose(turn, arc_length)
+            step[:2] += side * np.array([-np.sin(turn / 2), np.cos(turn / 2)])
+            pose = geometry.compose(pose, step)
+        return pose
+
+    variances = [TRACK_SCALE**2, TRACK_SCALE**2, TURN_SCALE**2]
+    for du in commanded:
+        turn, arc_length = track_increment(du, WIDTH)
+        variances += [
+            *np.diag(noise.covariance(du)),
+            slip.sigma(turn, chord(turn, arc_length)) ** 2,
+        ]
+    steps = np.eye(len(variances)) * h
+    J = np.stack([(end(step) - end(-step)) / (2 * h) for step in steps], axis=-1)
+    *_, last = run(DeadReckoning(RIG), commanded)
+    assert np.abs(last.covariance - J @ np.diag(variances) @ J.T).max() < 1e-9
+
+
+def test_uncertainty_grows_while_driving_and_never_claims_to_track() -> None:
+    estimates = list(run(DeadReckoning(RIG), drive(50)))
+    traces = [np.trace(estimate.covariance) for estimate in estimates]
+    assert traces[0] == 0.0 and traces[-1] > 1e-3
+    headings = [estimate.covariance[2, 2] for estimate in estimates[:20]]
+    assert (np.diff(headings) > 0).all()
+    assert {estimate.status for estimate in estimates} == {Status.COASTING}
+    assert [estimate.stamp for estimate in estimates[:3]] == pytest.approx([0.0, 0.1, 0.2])
+
+
+def test_reset_forgets_the_previous_drive() -> None:
+    estimator = DeadReckoning(RIG)
+    *_, first = run(estimator, drive(20))
+    *_, again = run(estimator, drive(20))
+    assert np.array_equal(first.pose, again.pose)
+    assert np.array_equal(first.covariance, again.covariance)
+
+
+def test_a_rig_without_tracks_is_refused_with_the_remedy() -> None:
+    with pytest.raises(ValueError, match=r"dead reckoning needs rig\.tracks, .* pass an override"):
+        make("dead-reckoning", Rig(dt=0.1))
+
+
+def test_a_negative_sigma_is_refused() -> None:
+    with pytest.raises(ValueError, match="scale sigmas must be zero or more"):
+        DeadReckoning(RIG, turn_scale_sigma=-0.1)
+
+
+@pytest.mark.parametrize("bad", [np.array([np.nan, 0.0]), np.zeros(3)])
+def test_bad_increments_are_refused(bad: Array) -> None:
+    estimator = DeadReckoning(RIG)
+    estimator.reset(observation(np.zeros(2), 0), rng=np.random.default_rng(0))
+    with pytest.raises(ValueError, match="'tracks' must be two finite numbers"):
+        estimator.update(observation(bad, 1))
