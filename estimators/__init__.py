@@ -2,6 +2,7 @@
 
 from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator, Status
 from grouser.estimators.registry import make, names, register
+from grouser.estimators.wrapper import EstimatedPose
 
 register("ground-truth", "grouser.estimators.ground_truth:GroundTruth")
 register("dead-reckoning", "grouser.estimators.dead_reckoning:DeadReckoning")
@@ -13,6 +14,7 @@ register(
 )
 
 __all__ = [
+    "EstimatedPose",
     "Observation",
     "PoseEstimate",
     "PoseEstimator",

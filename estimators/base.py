@@ -1,7 +1,7 @@
 """The contract of every pose estimator: a stream of observations in, honest poses out."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, ClassVar, TypeAlias
@@ -26,7 +26,7 @@ class Status(Enum):
     """Predicted for too long; the pose should not be acted upon."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class PoseEstimate:
     """A pose in the frame of the first observation, with how far it may be off."""
 
@@ -69,6 +69,22 @@ TRUTH_KEYS = frozenset({"true_pose", "true_pose_3d"})
 """Keys of `info` that only the estimator named ground-truth may require."""
 
 
+def check_observation_keys(estimator: PoseEstimator, given: Iterable[str]) -> None:
+    """Check that an environment shows what an estimator requires.
+
+    Raises:
+        ValueError: it does not; the message names both sets.
+    """
+    given = set(given)
+    missing = sorted(estimator.requires - TRUTH_KEYS - given)
+    if missing:
+        raise ValueError(
+            f"{type(estimator).__name__} requires observations {sorted(estimator.requires)}, but "
+            f"the environment gives {sorted(given)}, without {missing}; make the environment with "
+            "sensors= that include them, or choose another estimator"
+        )
+
+
 def readable(
     estimator: PoseEstimator, observation: Observation, info: Mapping[str, Any]
 ) -> dict[str, NDArray[Any]]:
@@ -80,12 +96,15 @@ def readable(
     Raises:
         ValueError: the environment does not give what the estimator requires.
     """
+    check_observation_keys(estimator, observation)
     truth = estimator.requires & TRUTH_KEYS
-    missing = sorted((estimator.requires - truth - set(observation)) | (truth - set(info)))
-    if missing:
+    untold = sorted(truth - set(info))
+    if untold:
         raise ValueError(
-            f"{type(estimator).__name__} requires {missing}, but the environment gives "
-            f"{sorted(observation)}; make it with sensors= that include them"
+            f"{type(estimator).__name__} requires {untold} in info, which gives {sorted(info)}; "
+            "a recording without its reference poses has no truth to tell"
         )
     seen = (estimator.requires - truth) | (estimator.optional & set(observation))
-    return {key: observation[key] for key in sorted(seen)} | {key: info[key] for key in truth}
+    return {key: observation[key] for key in sorted(seen)} | {
+        key: info[key] for key in sorted(truth)
+    }

@@ -52,7 +52,7 @@ def simulated_nees(rng: np.random.Generator, runs: int, **options: float) -> Arr
             step = arc_pose(turn, arc_length)
             step[:2] += slip * np.array([-np.sin(turn / 2), np.cos(turn / 2)])
             truth = geometry.compose(truth, step)
-        *_, last = run(DeadReckoning(RIG, **noise), commanded)  # type: ignore[arg-type]
+        *_, last = run(DeadReckoning(RIG, **options), commanded)
         error = geometry.between(last.pose, truth)
         in_world = geometry.rotate(last.pose[2], error[:2])
         error = np.append(in_world, error[2])
