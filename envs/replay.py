@@ -64,6 +64,11 @@ class ReplayEnv(gym.Env[Observation, NDArray[np.float32]]):
         self.observation_space = self._space()
         self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
 
+    @property
+    def has_truth(self) -> bool:
+        """Whether the recording says where the robot was, and info therefore does."""
+        return self._base_poses is not None
+
     def __len__(self) -> int:
         """Number of frames."""
         return len(self._recording)

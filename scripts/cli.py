@@ -1,0 +1,36 @@
+"""The command `grouser`: one subcommand a program."""
+
+import sys
+from collections.abc import Callable, Sequence
+
+import tyro
+
+from grouser import __version__
+from grouser.scripts.compare import Compare
+from grouser.scripts.usage import UsageError
+
+_COMMANDS: dict[str, Callable[..., Compare]] = {"compare": Compare}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a subcommand and return the exit code: 0, 2 for a misuse, 130 when interrupted."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    if given == ["--version"]:
+        print(f"grouser {__version__}")
+        return 0
+    command: Compare = tyro.extras.subcommand_cli_from_dict(
+        _COMMANDS,
+        prog="grouser",
+        description="Tracked robots that navigate on an estimated pose (--version tells which).",
+        args=given,
+        config=(tyro.conf.FlagCreatePairsOff,),
+    )
+    try:
+        return command.run()
+    except UsageError as error:
+        print(f"grouser {given[0]}: error: {error}", file=sys.stderr)
+        return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main())

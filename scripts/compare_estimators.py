@@ -1,0 +1,39 @@
+"""Which estimators take part in a comparison, and which sensors they need."""
+
+from collections.abc import Iterable, Sequence
+
+from grouser.estimators import registry
+from grouser.estimators.base import TRUTH_KEYS, PoseEstimator
+
+STANDARD = ("ground-truth", "dead-reckoning", "one-point-ransac", "five-point-ransac")
+"""Those compared when none is named, as far as the source can feed them."""
+
+
+def choose(asked: Sequence[str], gives: frozenset[str], source: str) -> list[str]:
+    """The names to compare, each once, in the order in which they were asked for.
+
+    Raises:
+        ValueError: an unknown name, or an estimator that needs what the source does not give.
+    """
+    if not asked:
+        return [name for name in STANDARD if not _lacks(name, gives)]
+    for name in asked:
+        lacking = _lacks(name, gives)
+        if lacking:
+            raise ValueError(
+                f"estimator {name!r} needs {', '.join(lacking)}, which {source} does not give; "
+                f"it gives {', '.join(sorted(gives))}: leave {name!r} out of --estimators"
+            )
+    return list(dict.fromkeys(asked))
+
+
+def sensors_for(names: Iterable[str], gives: frozenset[str]) -> list[str]:
+    """The sensors that these estimators read; what nobody reads is not even rendered."""
+    classes = [registry.estimator_class(name) for name in names]
+    wanted = frozenset[str]().union(*(c.requires | c.optional for c in classes))
+    return sorted((wanted & gives) - TRUTH_KEYS - {"stamp"})
+
+
+def _lacks(name: str, gives: frozenset[str]) -> list[str]:
+    kind: type[PoseEstimator] = registry.estimator_class(name)
+    return sorted(kind.requires - gives)

@@ -1,0 +1,111 @@
+"""Where a comparison gets its observations from: a simulated world or a recording."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import gymnasium as gym
+
+import grouser  # noqa: F401  (registers the environments)
+from grouser.envs.replay import ReplayEnv
+from grouser.estimators.base import TRUTH_KEYS
+
+Env = gym.Env[Any, Any]
+
+STEPS_IN_A_WORLD = 600
+"""A minute at ten steps a second: twenty metres of driving."""
+
+
+class Source(Protocol):
+    """A kind of environment, before it is known which of its sensors are needed."""
+
+    @property
+    def label(self) -> str:
+        """The `source` of results.json."""
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What must agree for results to be comparable."""
+
+    @property
+    def drivable(self) -> bool:
+        """Whether actions have an effect."""
+
+    def gives(self) -> frozenset[str]:
+        """Every key that an estimator could be given, the truth among them where it is known."""
+
+    def make(self, sensors: Iterable[str]) -> Env:
+        """The environment with these sensors and no others."""
+
+    def steps(self, asked: int | None) -> int:
+        """How many steps a rollout takes when so many are asked for."""
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """grouser/TrackedRobot-v0 in one of its worlds."""
+
+    name: str
+    drivable: bool = True
+
+    @property
+    def label(self) -> str:
+        return f"world:{self.name}"
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        return {"world": self.name}
+
+    def gives(self) -> frozenset[str]:
+        env = gym.make("grouser/TrackedRobot-v0", world=self.name)
+        try:
+            return _keys(env) | TRUTH_KEYS
+        finally:
+            env.close()
+
+    def make(self, sensors: Iterable[str]) -> Env:
+        return gym.make("grouser/TrackedRobot-v0", world=self.name, sensors=tuple(sensors))
+
+    def steps(self, asked: int | None) -> int:
+        return STEPS_IN_A_WORLD if asked is None else asked
+
+
+@dataclass(frozen=True, slots=True)
+class Log:
+    """grouser/Replay-v0 of a folder, with what the folder does not say of the rig."""
+
+    folder: Path
+    rig: dict[str, Any]
+    drivable: bool = False
+
+    @property
+    def label(self) -> str:
+        return f"log:{self.folder.resolve().name}"
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        return {"log": str(self.folder.resolve()), "rig": self.rig}
+
+    def gives(self) -> frozenset[str]:
+        replay = self._open()
+        return _keys(replay) | (TRUTH_KEYS if replay.has_truth else frozenset())
+
+    def make(self, sensors: Iterable[str]) -> Env:
+        return gym.make(
+            "grouser/Replay-v0", log=str(self.folder), rig=self.rig, sensors=tuple(sensors)
+        )
+
+    def steps(self, asked: int | None) -> int:
+        there = len(self._open()) - 1
+        if asked is not None and asked > there:
+            raise ValueError(f"--steps {asked} is too many: {self.folder} has {there} steps")
+        return there if asked is None else asked
+
+    def _open(self) -> ReplayEnv:
+        return ReplayEnv(self.folder, rig=self.rig)
+
+
+def _keys(env: Env) -> frozenset[str]:
+    assert isinstance(env.observation_space, gym.spaces.Dict)
+    return frozenset(env.observation_space.spaces)
