@@ -1,0 +1,82 @@
+"""A view from behind and above the robot, for people."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grouser.envs.simulation.mesh import Faces, join_faces, oriented_box_faces, world_faces
+from grouser.envs.simulation.raycast import RayCaster
+from grouser.envs.simulation.renderer import Pinhole, Renderer
+from grouser.envs.simulation.robot import RobotModel
+from grouser.envs.simulation.worlds import TEXTURES, World
+from grouser.geometry import Array, lift, project
+from grouser.rig import camera_mount
+
+_MOUNT = camera_mount(-1.6, 0.0, 1.15, pitch=math.radians(24))
+_TOP = np.array([0.0, 0.0, 0.5])  # of the robot: the view keeps this in sight
+_MARGIN = 0.85  # of the way to what would stand in the view
+_FIELD_OF_VIEW = math.radians(70)
+
+
+class ChaseView:
+    """Draws a world with the robot in it, in colour, 4:3."""
+
+    def __init__(self, world: World, model: RobotModel, *, width: int = 640) -> None:
+        self._faces, self._model = world_faces(world), model
+        self._caster = RayCaster(world.solids)
+        self._camera = Pinhole.with_field_of_view(width, width * 3 // 4, _FIELD_OF_VIEW)
+
+    def frame(self, T_world_base: Array) -> NDArray[np.uint8]:
+        """A new RGB image (height, width, 3) of the robot at a pose (4, 4)."""
+        faces = join_faces(self._faces, robot_faces(self._model, T_world_base))
+        return Renderer(faces, self._camera, color=True).render(self._viewpoint(T_world_base))
+
+    def _viewpoint(self, T_world_base: Array) -> Array:
+        """Level behind the robot, or as near to it as obstacles and walls make it come."""
+        T_world_camera = lift(project(T_world_base)) @ _MOUNT
+        top = T_world_base[:3, 3] + _TOP
+        away = T_world_camera[:3, 3] - top
+        distance = float(np.linalg.norm(away))
+        free = self._caster.cast(top, away[None] / distance, distance)[0]
+        if free < distance:
+            T_world_camera[:3, 3] = top + _MARGIN * free / distance * away
+        return T_world_camera
+
+
+def robot_faces(model: RobotModel, T_world_base: Array) -> Faces:
+    """Hull, two tracks, mast and lidar of a robot at a pose (4, 4)."""
+    hull_centre, hull_half = model.hull
+    tracks = model.tracks
+    track_half = np.array([model.length, tracks.width, model.hull_bottom]) / 2
+    track_y, track_z = tracks.gauge / 2, track_half[2]
+    centre = np.array(
+        [
+            hull_centre,
+            [0, track_y, track_z],
+            [0, -track_y, track_z],
+            [0.20, 0, 0.31],
+            [0.20, 0, 0.40],
+            [0, 0, 0.33],
+            [0, 0, 0.45],
+        ]
+    )
+    half_extents = np.array(
+        [
+            hull_half,
+            track_half,
+            track_half,
+            [0.02, 0.02, 0.09],
+            [0.02, 0.09, 0.02],
+            [0.02, 0.02, 0.11],
+            [0.05, 0.05, 0.03],
+        ]
+    )
+    names = ["plaster", "blocks", "blocks", "concrete", "plaster", "concrete", "plaster"]
+    R = T_world_base[:3, :3]
+    return oriented_box_faces(
+        centre @ R.T + T_world_base[:3, 3],
+        half_extents,
+        np.broadcast_to(R, (len(centre), 3, 3)),
+        np.array([TEXTURES.index(name) for name in names]),
+    )

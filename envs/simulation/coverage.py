@@ -1,0 +1,87 @@
+"""Which face is seen where: scan-line filling of convex polygons into a depth buffer.
+
+One call fills one sub-sample of all pixels; supersampling is one call a sub-sample.
+"""
+
+import math
+from typing import Any, Final
+
+import numpy as np
+
+from grouser.envs.simulation.kernels import kernel
+
+SUBSAMPLES: Final = {
+    1: np.zeros((1, 2), dtype=np.float32),
+    4: np.array(
+        [[-0.125, -0.375], [0.375, -0.125], [0.125, 0.375], [-0.375, 0.125]], dtype=np.float32
+    ),
+}
+"""Where a pixel is sampled, px from its centre: once, or on a rotated grid of four."""
+
+SKY: Final = -1
+"""The face of a pixel that shows none."""
+
+
+@kernel
+def cover(
+    polygons: Any, n_corners: Any, planes: Any, dx: float, dy: float, depth: Any, faces: Any
+) -> None:
+    """Find the nearest face at every pixel's sub-sample.
+
+    Args:
+        polygons, n_corners, planes: from `project_faces`.
+        dx, dy: where in the pixel to sample, px from its centre.
+        depth: out, (height, width) inverse depth, 1/m.
+        faces: out, (height, width) index of the face, or SKY.
+    """
+    height, width = depth.shape
+    depth[:, :] = np.float32(0)
+    faces[:, :] = SKY
+    for i in range(n_corners.shape[0]):
+        if n_corners[i] == 0:
+            continue
+        polygon, n = polygons[i], n_corners[i]
+        first, last = _rows(polygon, n, dy, height)
+        for row in range(first, last):
+            begin, end = _span(polygon, n, row + dy, dx, width)
+            w0 = planes[i, 0] * dx + planes[i, 1] * (row + dy) + planes[i, 2]
+            _fill(depth[row], faces[row], begin, end, planes[i, 0], w0, i)
+
+
+@kernel
+def _rows(polygon: Any, n: int, dy: float, height: int) -> Any:
+    """First row whose sample may lie inside, and one past the last."""
+    top, bottom = polygon[0, 1], polygon[0, 1]
+    for k in range(1, n):
+        top, bottom = min(top, polygon[k, 1]), max(bottom, polygon[k, 1])
+    # Clamped before the conversion: a corner near the camera's plane may be beyond any integer.
+    first = math.ceil(min(max(top - dy, 0.0), float(height)))
+    last = math.floor(min(max(bottom - dy, -1.0), height - 1.0))
+    return int(first), int(last) + 1
+
+
+@kernel
+def _span(polygon: Any, n: int, y: float, dx: float, width: int) -> Any:
+    """First column whose sample lies inside at height y, and one past the last."""
+    left, right = np.inf, -np.inf
+    for k in range(n):
+        x1, y1 = polygon[k, 0], polygon[k, 1]
+        following = k + 1 if k + 1 < n else 0
+        x2, y2 = polygon[following, 0], polygon[following, 1]
+        if (y1 <= y) != (y2 <= y):
+            crossing = x1 + (y - y1) / (y2 - y1) * (x2 - x1)
+            left, right = min(left, crossing), max(right, crossing)
+    begin = math.ceil(min(max(left - dx, 0.0), float(width)))
+    end = math.ceil(min(max(right - dx, 0.0), float(width)))
+    return int(begin), int(end)
+
+
+@kernel
+def _fill(
+    depth: Any, faces: Any, begin: int, end: int, slope: float, offset: float, face: int
+) -> None:
+    for x in range(begin, end):
+        w = np.float32(offset + slope * x)
+        if w > depth[x]:
+            depth[x] = w
+            faces[x] = face

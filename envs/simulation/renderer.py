@@ -1,0 +1,102 @@
+"""The rasteriser: a picture of a set of faces from a pinhole camera.
+
+Project, cover, resolve: one kernel each. Only + - * / sqrt and floor on IEEE floats, so the
+pixels depend neither on the processor nor on the number of threads.
+"""
+
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grouser.envs.simulation.coverage import SUBSAMPLES, cover
+from grouser.envs.simulation.mesh import Faces
+from grouser.envs.simulation.projection import MAX_CORNERS, N_PLANES, project_faces
+from grouser.envs.simulation.sampling import resolve
+from grouser.envs.simulation.textures import texture_bank
+from grouser.geometry import Array
+
+NEAR = 0.05
+"""What is nearer to a camera than this is not seen, m."""
+
+_SKY_GREY, _SKY_RGB = (200.0,), (176.0, 203.0, 230.0)
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Pinhole:
+    """An ideal camera; pixel centres are at integers."""
+
+    width: int
+    height: int
+    fx: float
+    """px"""
+    fy: float
+    cx: float
+    cy: float
+
+    @staticmethod
+    def with_field_of_view(width: int, height: int, horizontal: float) -> "Pinhole":
+        """Square pixels, the principal point in the middle; horizontal field of view in rad."""
+        f = width / 2 / np.tan(horizontal / 2)
+        return Pinhole(width, height, f, f, (width - 1) / 2, (height - 1) / 2)
+
+
+class Renderer:
+    """Draws one set of faces from one camera; not for two threads at a time.
+
+    Args:
+        faces: what there is to see.
+        camera: its intrinsics.
+        color: RGB instead of grey.
+        samples: sub-samples a pixel, 1 or 4.
+        anisotropy: most texture samples along a footprint's longer axis.
+    """
+
+    def __init__(
+        self,
+        faces: Faces,
+        camera: Pinhole,
+        *,
+        color: bool = False,
+        samples: int = 4,
+        anisotropy: int = 2,
+    ) -> None:
+        self._faces, self._camera, self._anisotropy = faces, camera, anisotropy
+        self._bank = texture_bank(color)
+        self._sky = np.array(_SKY_RGB if color else _SKY_GREY, dtype=np.float32)
+        self._intrinsics = np.array([camera.fx, camera.fy, camera.cx, camera.cy])
+        self._size = np.array([camera.width, camera.height])
+        self._subsamples = SUBSAMPLES[samples]
+        shape = (camera.height, camera.width)
+        self._depth = np.empty(shape, dtype=np.float32)
+        self._seen = np.empty((samples, *shape), dtype=np.int32)
+        self._polygons = np.empty((len(faces), MAX_CORNERS, 2))
+        self._n_corners = np.empty(len(faces), dtype=np.int64)
+        self._planes = np.zeros((len(faces), N_PLANES))
+
+    def render(self, T_world_camera: Array) -> NDArray[np.uint8]:
+        """A new image (height, width, 1 or 3) from the camera's pose (4, 4)."""
+        image = np.empty((*self._seen.shape[1:], self._bank.channels), dtype=np.uint8)
+        self._project(np.ascontiguousarray(T_world_camera))
+        self._cover()
+        self._resolve(image)
+        return image
+
+    def _project(self, T_world_camera: Array) -> None:
+        project_faces(
+            self._faces.corners, self._faces.uv, T_world_camera, self._intrinsics, self._size, NEAR,
+            self._polygons, self._n_corners, self._planes,
+        )  # fmt: skip
+
+    def _cover(self) -> None:
+        for (dx, dy), seen in zip(self._subsamples.tolist(), self._seen, strict=True):
+            cover(self._polygons, self._n_corners, self._planes, dx, dy, self._depth, seen)
+
+    def _resolve(self, image: NDArray[np.uint8]) -> None:
+        resolve(
+            self._planes.astype(np.float32), self._faces.texture, self._faces.shade, self._seen,
+            self._subsamples, self._bank.texels, self._bank.offsets, self._bank.sizes,
+            self._anisotropy, self._sky, image,
+        )  # fmt: skip

@@ -1,0 +1,144 @@
+"""Procedural textures: tileable, seeded, rich in corners, with mip-maps.
+
+Every world draws on the same bank, which is built once a process (about 0.3 s): worlds differ by
+what stands where, not by the grain of its gravel, and a reset costs no texture.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grouser.envs.simulation.worlds import TEXTURES
+
+METRES_PER_TEXEL = 1 / 256
+"""One size of texel for all textures, m."""
+
+_SEED = 20
+_TINTS = (
+    (1, 0.95, 0.85),
+    (1, 0.75, 0.65),
+    (0.9, 1, 0.9),
+    (0.85, 0.92, 1),
+    (1, 1, 0.8),
+    (0.95,) * 3,
+)
+_LUMA = (0.299, 0.587, 0.114)
+
+Image = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TextureBank:
+    """Every texture of TEXTURES at every scale, in one flat array, for kernels."""
+
+    texels: NDArray[np.uint8]
+    """Flat; a level of side n holds n * n * channels values in the order row, column, channel."""
+    offsets: NDArray[np.int64]
+    """(texture, level): where the level begins in `texels`; level k has side sizes >> k."""
+    sizes: NDArray[np.int64]
+    """(texture,) side of level 0, texels: a power of two."""
+    channels: int
+
+
+@cache
+def texture_bank(color: bool) -> TextureBank:
+    """The bank, grey or RGB, built at the first call."""
+    tinted = [grey[..., None] * np.array(tint) for grey, tint in zip(_greys(), _TINTS, strict=True)]
+    images = tinted if color else [(rgb @ np.array(_LUMA))[..., None] for rgb in tinted]
+    return _bank([np.clip(image, 0, 255) for image in images])
+
+
+def texture_metres() -> NDArray[np.float64]:
+    """(texture,) side of one tile of each texture on the ground or a wall, m."""
+    return np.asarray(texture_bank(False).sizes * METRES_PER_TEXEL, dtype=np.float64)
+
+
+@cache
+def _greys() -> list[Image]:
+    rngs = dict(zip(TEXTURES, np.random.default_rng(_SEED).spawn(len(TEXTURES)), strict=True))
+    return [
+        _stones(rngs["gravel"], size=1024, cells=96),  # twice as large: the ground repeats most
+        _bricks(rngs["brick"], size=512, rows=16, columns=8),
+        _grain(rngs["plaster"], size=512),
+        _stones(rngs["pebbles"], size=512, cells=20),
+        _bricks(rngs["blocks"], size=512, rows=8, columns=4),
+        _grain(rngs["concrete"], size=512),
+    ]
+
+
+def _bank(images: list[Image]) -> TextureBank:
+    pyramids = [_pyramid(image) for image in images]
+    offsets = np.zeros((len(images), max(len(p) for p in pyramids)), dtype=np.int64)
+    start = 0
+    for i, levels in enumerate(pyramids):
+        for k, level in enumerate(levels):
+            offsets[i, k] = start
+            start += level.size
+    flat = np.concatenate([level.ravel() for levels in pyramids for level in levels])
+    return TextureBank(
+        texels=np.round(flat).astype(np.uint8),
+        offsets=offsets,
+        sizes=np.array([image.shape[0] for image in images], dtype=np.int64),
+        channels=images[0].shape[2],
+    )
+
+
+def _pyramid(image: Image) -> list[Image]:
+    """The image, halved by box filter down to one texel."""
+    levels = [image]
+    while levels[-1].shape[0] > 1:
+        fine = levels[-1]
+        levels.append((fine[::2, ::2] + fine[1::2, ::2] + fine[::2, 1::2] + fine[1::2, 1::2]) / 4)
+    return levels
+
+
+# --- the grains ----------------------------------------------------------------------------------
+
+
+def _coloured_noise(rng: np.random.Generator, size: int, slope: float, lowest: float) -> Image:
+    """Periodic noise of variance 1, amplitude spectrum f^-slope above `lowest` cycles a tile."""
+    f = np.fft.fftfreq(size) * size
+    frequency = np.hypot(f[:, None], f[None, :])
+    amplitude = np.where(frequency >= lowest, np.maximum(frequency, 1) ** -slope, 0)
+    noise = np.fft.ifft2(np.fft.fft2(rng.standard_normal((size, size))) * amplitude).real
+    return np.asarray((noise - noise.mean()) / noise.std())
+
+
+def _grain(rng: np.random.Generator, *, size: int) -> Image:
+    """Plaster or concrete: patches with a fine grain on them."""
+    patches, fine = _coloured_noise(rng, size, 1.2, 2), _coloured_noise(rng, size, 0.4, 8)
+    return np.clip(128 + 27 * patches + 22 * fine, 0, 255)
+
+
+def _bricks(rng: np.random.Generator, *, size: int, rows: int, columns: int) -> Image:
+    """Courses of bricks of different tones in light mortar, every second one shifted by half."""
+    mortar = 4
+    course, column = np.divmod(np.arange(size), size // rows), size // columns
+    shift = np.where(course[0] % 2 == 1, column // 2, 0)
+    across = (np.arange(size)[None, :] - shift[:, None]) % size
+    tones = rng.uniform(60, 140, (rows, columns))[course[0][:, None], across // column]
+    joint = (course[1][:, None] < mortar) | (across % column < mortar)
+    image = np.where(joint, 190.0, tones) + 14 * _coloured_noise(rng, size, 0.6, 4)
+    return np.clip(image, 0, 255)
+
+
+def _stones(rng: np.random.Generator, *, size: int, cells: int) -> Image:
+    """Stones of different tones with dark gaps: cellular noise (Worley, SIGGRAPH 1996)."""
+    seeds = rng.random((cells, cells, 2))
+    tones = rng.uniform(60, 230, (cells, cells))
+    y, x = (np.mgrid[0:size, 0:size] + 0.5).astype(np.float32) * np.float32(cells / size)
+    row, column = y.astype(np.int64), x.astype(np.int64)
+    nearest, second = np.full((2, size, size), 9, dtype=np.float32)
+    tone = np.zeros((size, size), dtype=np.float32)
+    for dr in (-1, 0, 1):
+        for dc in (-1, 0, 1):
+            r, c = (row + dr) % cells, (column + dc) % cells
+            distance = np.hypot(column + dc + seeds[r, c, 0] - x, row + dr + seeds[r, c, 1] - y)
+            second = np.minimum(second, np.maximum(nearest, distance))
+            tone = np.where(distance < nearest, tones[r, c], tone)
+            nearest = np.minimum(nearest, distance)
+    texels_to_gap = (second - nearest) * (size / cells)
+    gap = np.clip(texels_to_gap / 4, 0, 1)
+    return np.clip(tone * (0.25 + 0.75 * gap) + 8 * rng.standard_normal((size, size)), 0, 255)
