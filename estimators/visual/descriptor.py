@@ -1,0 +1,100 @@
+"""Corners and their 256-bit binary descriptors (FAST and BRIEF), compared by Hamming distance.
+
+BRIEF (Calonder et al. 2010) compares 256 pairs of smoothed pixels around a corner. It is not made
+invariant to rotation: a ground robot's camera does not roll by more than it stands.
+"""
+
+import cv2
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from grouser.estimators.visual.motion import COMPILED
+from grouser.geometry import Array
+
+Image = NDArray[np.uint8]
+Descriptors = NDArray[np.uint64]
+
+PATCH_RADIUS = 13
+"""Pixels around a corner that its descriptor reads."""
+BITS = 256
+
+
+def _pattern() -> NDArray[np.int32]:
+    """(256, 4) x, y of the two pixels of every comparison, normal about the corner."""
+    rng = np.random.default_rng(2010)
+    offsets = rng.normal(0.0, (2 * PATCH_RADIUS + 1) / 5, (BITS, 4))
+    return np.clip(np.rint(offsets), -PATCH_RADIUS, PATCH_RADIUS).astype(np.int32)
+
+
+_PATTERN = _pattern()
+
+
+def smooth(image: Image) -> Image:
+    """The image as descriptors read it: a single pixel's noise must not flip a bit."""
+    return np.asarray(cv2.GaussianBlur(image, (7, 7), 2.0), dtype=np.uint8)
+
+
+def detect(image: Image, *, threshold: int, border: int) -> NDArray[np.int32]:
+    """FAST corners (n, 2) x, y [px], ordered by row, at least `border` from the image's edge."""
+    detector = cv2.FastFeatureDetector.create(threshold=threshold, nonmaxSuppression=True)
+    corners = np.asarray(cv2.KeyPoint.convert(detector.detect(image)), dtype=np.int32)
+    corners = corners.reshape(-1, 2)
+    height, width = image.shape
+    x, y = corners[:, 0], corners[:, 1]
+    inside = (x >= border) & (x < width - border) & (y >= border) & (y < height - border)
+    return np.ascontiguousarray(corners[inside])
+
+
+@njit(**COMPILED)
+def strength(image: Image, corners: NDArray[np.int32]) -> Array:
+    """Smaller eigenvalue (n,) of the gradient's second moments over 7 x 7 px (Shi and Tomasi)."""
+    out = np.empty(corners.shape[0])
+    for i in range(corners.shape[0]):
+        xx = yy = xy = 0.0
+        for y in range(corners[i, 1] - 3, corners[i, 1] + 4):
+            for x in range(corners[i, 0] - 3, corners[i, 0] + 4):
+                gx = float(image[y, x + 1]) - float(image[y, x - 1])
+                gy = float(image[y + 1, x]) - float(image[y - 1, x])
+                xx += gx * gx
+                yy += gy * gy
+                xy += gx * gy
+        out[i] = 0.5 * (xx + yy - np.sqrt((xx - yy) ** 2 + 4 * xy * xy))
+    return out
+
+
+def describe(smoothed: Image, corners: NDArray[np.int32]) -> Descriptors:
+    """Descriptors (n, 4) of corners at least PATCH_RADIUS from the edge of a smoothed image."""
+    return np.asarray(_describe(smoothed, corners, _PATTERN))
+
+
+@njit(**COMPILED)
+def _describe(
+    smoothed: Image, corners: NDArray[np.int32], pattern: NDArray[np.int32]
+) -> Descriptors:
+    out = np.zeros((corners.shape[0], 4), np.uint64)
+    for i in range(corners.shape[0]):
+        x, y = corners[i, 0], corners[i, 1]
+        for word in range(4):
+            bits = np.uint64(0)
+            for k in range(64):
+                p = pattern[64 * word + k]
+                first, second = smoothed[y + p[1], x + p[0]], smoothed[y + p[3], x + p[2]]
+                bits = (bits << np.uint64(1)) | np.uint64(first < second)
+            out[i, word] = bits
+    return out
+
+
+@njit(**COMPILED)
+def hamming(a: Descriptors, b: Descriptors) -> int:
+    """Bits in which two descriptors (4,) differ."""
+    total = np.uint64(0)
+    for word in range(4):
+        x = a[word] ^ b[word]
+        x = x - ((x >> np.uint64(1)) & np.uint64(0x5555555555555555))
+        x = (x & np.uint64(0x3333333333333333)) + (
+            (x >> np.uint64(2)) & np.uint64(0x3333333333333333)
+        )
+        x = (x + (x >> np.uint64(4))) & np.uint64(0x0F0F0F0F0F0F0F0F)
+        total += (x * np.uint64(0x0101010101010101)) >> np.uint64(56)
+    return int(total)

@@ -1,0 +1,163 @@
+"""Binocular stereo processing (paper 1 III.A.1): corners, descriptors, matches between the eyes."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from grouser.estimators.visual.alignment import align_rows
+from grouser.estimators.visual.descriptor import (
+    PATCH_RADIUS,
+    Descriptors,
+    Image,
+    describe,
+    detect,
+    hamming,
+    smooth,
+    strength,
+)
+from grouser.estimators.visual.motion import COMPILED
+from grouser.geometry import Array
+
+
+def grey(image: NDArray[Any], name: str) -> Image:
+    """A copy (H, W) of an observed image (H, W, 1) or (H, W, 3), uint8.
+
+    Raises:
+        ValueError: another shape or type.
+    """
+    if image.ndim != 3 or image.shape[2] not in (1, 3) or image.dtype != np.uint8:
+        raise ValueError(
+            f"observation {name!r} must be (H, W, 1) or (H, W, 3) uint8, "
+            f"got {image.shape} {image.dtype}"
+        )
+    if image.shape[2] == 3:
+        return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
+    return image[:, :, 0].copy()
+
+
+@dataclass(frozen=True, slots=True)
+class FrontendOptions:
+    """What the front end aims for."""
+
+    corners: int = 900
+    """Corners an image; the FAST threshold follows to keep about so many."""
+    max_hamming: int = 64
+    """Bits of 256 in which matching descriptors may differ."""
+    row_tolerance: int = 1
+    """How far a pair's rows may differ, px: what rectification leaves."""
+    max_disparity: float = 0.4
+    """Of the image's width."""
+
+
+@dataclass(frozen=True, slots=True)
+class StereoFrame:
+    """One stereo pair's features, and the images that later alignments read."""
+
+    left: Image
+    right: Image
+    points: Array
+    """(n, 3) u, v, d [px]; u and v are whole pixels, d is sub-pixel, calibrated, positive."""
+    descriptors: Descriptors
+    """(n, 4)"""
+    strength: Array
+    """(n,) how well the corner is defined"""
+
+
+class StereoFrontend:
+    """Turns stereo pairs into matched features; its only state is the FAST threshold."""
+
+    def __init__(self, options: FrontendOptions, *, disparity_offset: float = 0.0) -> None:
+        self._options = options
+        self._offset = disparity_offset
+        self._threshold = _START_THRESHOLD
+
+    def reset(self) -> None:
+        """Forget the threshold that earlier images led to."""
+        self._threshold = _START_THRESHOLD
+
+    def extract(self, left: Image, right: Image) -> StereoFrame:
+        """Features of a rectified pair (H, W) uint8; the frame keeps the two arrays."""
+        options = self._options
+        corners, descriptors = self._corners(left)
+        right_corners, right_descriptors = self._corners(right)
+        self._adapt(len(corners))
+        partner = match_rows(
+            corners,
+            descriptors,
+            right_corners,
+            right_descriptors,
+            left.shape[0],
+            options.row_tolerance,
+            int(options.max_disparity * left.shape[1]),
+            options.max_hamming,
+        )
+        kept = np.flatnonzero(partner >= 0)
+        points = np.empty((len(kept), 3))
+        points[:, :2] = corners[kept]
+        points[:, 2] = corners[kept, 0] - right_corners[partner[kept], 0]
+        points[:, 2] = align_rows(left, right, points, 1.5) - self._offset
+        good = np.nan_to_num(points[:, 2]) > _MIN_DISPARITY
+        kept, points = kept[good], points[good]
+        return StereoFrame(left, right, points, descriptors[kept], strength(left, corners[kept]))
+
+    def _corners(self, image: Image) -> tuple[NDArray[np.int32], Descriptors]:
+        corners = detect(image, threshold=self._threshold, border=PATCH_RADIUS)
+        return corners, describe(smooth(image), corners)
+
+    def _adapt(self, found: int) -> None:
+        """Move the threshold towards the wanted number of corners, a little every frame."""
+        wanted = self._options.corners
+        if found > 1.2 * wanted:
+            self._threshold = min(_THRESHOLDS[1], self._threshold + max(1, self._threshold // 8))
+        elif found < 0.8 * wanted:
+            self._threshold = max(_THRESHOLDS[0], self._threshold - max(1, self._threshold // 8))
+
+
+_START_THRESHOLD = 20
+_THRESHOLDS = (7, 80)
+_MIN_DISPARITY = 0.5  # px: farther points say nothing of the translation that pixels could hold
+
+
+@njit(**COMPILED)
+def match_rows(
+    left: NDArray[np.int32],
+    left_descriptors: Descriptors,
+    right: NDArray[np.int32],
+    right_descriptors: Descriptors,
+    height: int,
+    row_tolerance: int,
+    max_disparity: int,
+    max_hamming: int,
+) -> NDArray[np.int64]:
+    """Index (n,) of every left corner's partner in the right image, -1 where there is none.
+
+    Corners (n, 2) are ordered by row. Partners lie in nearby rows, within the disparity range,
+    and are each other's best.
+    """
+    start = np.zeros(height + 1, np.int64)
+    for j in range(right.shape[0]):
+        start[right[j, 1] + 1] += 1
+    for y in range(height):
+        start[y + 1] += start[y]
+    partner = np.full(left.shape[0], -1, np.int64)
+    suitor = np.full(right.shape[0], -1, np.int64)
+    distance = np.full(right.shape[0], max_hamming, np.int64)
+    for i in range(left.shape[0]):
+        first = start[max(left[i, 1] - row_tolerance, 0)]
+        last = start[min(left[i, 1] + row_tolerance + 1, height)]
+        best, chosen = max_hamming, -1
+        for j in range(first, last):
+            disparity = left[i, 0] - right[j, 0]
+            if 0 <= disparity <= max_disparity:
+                bits = hamming(left_descriptors[i], right_descriptors[j])
+                if bits < best:
+                    best, chosen = bits, j
+        if chosen >= 0 and best < distance[chosen]:
+            if suitor[chosen] >= 0:
+                partner[suitor[chosen]] = -1
+            partner[i], suitor[chosen], distance[chosen] = chosen, i, best
+    return partner

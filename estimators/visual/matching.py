@@ -1,0 +1,169 @@
+"""Matching over time (paper 1 III.A.2): features are sought where the prediction expects them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from grouser.estimators.visual.alignment import align_plane, align_rows
+from grouser.estimators.visual.descriptor import Descriptors, hamming
+from grouser.estimators.visual.frontend import StereoFrame
+from grouser.estimators.visual.motion import COMPILED
+from grouser.geometry import Array
+
+GATE_2 = 9.21
+"""chi-square of 2 degrees of freedom at 99 %: the search ellipse."""
+
+
+@dataclass(frozen=True, slots=True)
+class MatchingOptions:
+    """How features are sought and which of them are kept."""
+
+    max_points: int = 64
+    """Matched points that the estimation uses, spread over the image."""
+    buckets: tuple[int, int] = (8, 6)
+    """Columns and rows of the grid that spreads them."""
+    max_hamming: int = 64
+    ratio: float = 0.8
+    """Best over second best Hamming distance must be below."""
+    radius: tuple[float, float] = (3.0, 40.0)
+    """Half the search window at least and at most, px in an image 320 px wide."""
+
+
+@dataclass(frozen=True, slots=True)
+class Matches:
+    """The same points in the reference frame and in the current one, aligned to sub-pixels."""
+
+    reference: Array
+    """(n, 3) u, v, d [px]"""
+    current: Array
+    """(n, 3)"""
+    candidates: int
+    """How many features matched before the choice."""
+
+
+def match_frames(
+    reference: StereoFrame,
+    current: StereoFrame,
+    predicted: Array,
+    covariance: Array,
+    options: MatchingOptions,
+    *,
+    disparity_offset: float,
+) -> Matches:
+    """Features of the reference frame found again around their predictions.
+
+    Args: predicted (n, 3) and covariance (n, 3, 3) from `motion.predict_points`.
+    """
+    height, width = current.left.shape
+    scale = width / 320
+    partner, distance = _search(
+        predicted,
+        covariance,
+        reference.descriptors,
+        current.points,
+        current.descriptors,
+        options.radius[0] * scale,
+        options.radius[1] * scale,
+        options.max_hamming,
+        options.ratio,
+    )
+    found = np.flatnonzero(partner >= 0)
+    now = current.points[partner[found]]
+    # Near points tell of the translation, distinct corners align well: near first, within buckets.
+    score = now[:, 2] * np.sqrt(reference.strength[found] / reference.strength.max(initial=1.0))
+    chosen = _spread(now, score, options, width, height)
+    found, now = found[chosen], now[chosen]
+    return _aligned(reference, current, found, now, len(partner[partner >= 0]), disparity_offset)
+
+
+def _aligned(
+    reference: StereoFrame,
+    current: StereoFrame,
+    found: NDArray[np.int64],
+    now: Array,
+    candidates: int,
+    disparity_offset: float,
+) -> Matches:
+    before = reference.points[found]
+    place = align_plane(
+        reference.left, current.left, before, now, now[:, 2] / before[:, 2], _ALIGNMENT_LIMIT
+    )
+    settled = np.flatnonzero(np.isfinite(place[:, 0]))
+    raw = np.column_stack([place[settled], now[settled, 2] + disparity_offset])
+    disparity = align_rows(current.left, current.right, raw, 1.5) - disparity_offset
+    good = np.nan_to_num(disparity) > 0
+    aligned = np.column_stack([place[settled][good], disparity[good]])
+    return Matches(before[settled][good], aligned, candidates)
+
+
+_ALIGNMENT_LIMIT = 2.5  # px from the corner that the descriptor found
+
+
+def _spread(
+    points: Array, score: Array, options: MatchingOptions, width: int, height: int
+) -> NDArray[np.int64]:
+    """Indices of at most max_points points: the best of every bucket, then the second best..."""
+    columns, rows = options.buckets
+    bucket = (points[:, 0] * columns / width).astype(int) + columns * (
+        points[:, 1] * rows / height
+    ).astype(int)
+    order = np.lexsort((-score, bucket))
+    sorted_bucket = bucket[order]
+    first = np.searchsorted(sorted_bucket, sorted_bucket)
+    rank = np.arange(len(order)) - first
+    return np.sort(order[np.lexsort((-score[order], rank))[: options.max_points]])
+
+
+@njit(**COMPILED)
+def _search(
+    predicted: Array,
+    covariance: Array,
+    descriptors: Descriptors,
+    points: Array,
+    point_descriptors: Descriptors,
+    least: float,
+    most: float,
+    max_hamming: int,
+    ratio: float,
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Index (n,) of every reference feature's match among the current points, -1 without one."""
+    n, m = predicted.shape[0], points.shape[0]
+    partner = np.full(n, -1, np.int64)
+    suitor = np.full(m, -1, np.int64)
+    distance = np.full(m, max_hamming, np.int64)
+    for i in range(n):
+        if not np.isfinite(predicted[i, 0]):
+            continue
+        S = covariance[i]
+        half_u = min(max(3 * np.sqrt(S[0, 0]), least), most)
+        half_v = min(max(3 * np.sqrt(S[1, 1]), least), most)
+        half_d = max(3 * np.sqrt(S[2, 2]), 1.5)
+        # The ellipse never shrinks below the corner detector's own scatter.
+        floor = (least / 3) ** 2
+        a, b, c = S[0, 0] + floor, S[0, 1], S[1, 1] + floor
+        determinant = a * c - b * b
+        best, second, chosen = max_hamming, 257, -1
+        for j in range(m):
+            dv = points[j, 1] - predicted[i, 1]
+            if abs(dv) > half_v:
+                continue
+            du = points[j, 0] - predicted[i, 0]
+            if abs(du) > half_u or abs(points[j, 2] - predicted[i, 2]) > half_d:
+                continue
+            if (c * du * du - 2 * b * du * dv + a * dv * dv) > GATE_2 * determinant:
+                continue
+            bits = hamming(descriptors[i], point_descriptors[j])
+            if bits < best:
+                if chosen >= 0:
+                    second = best
+                best, chosen = bits, j
+            elif bits < second:
+                second = bits
+        if chosen < 0 or best > ratio * second or best >= distance[chosen]:
+            continue
+        if suitor[chosen] >= 0:
+            partner[suitor[chosen]] = -1
+        partner[i], suitor[chosen], distance[chosen] = chosen, i, best
+    return partner, distance

@@ -1,0 +1,229 @@
+"""Visual odometry in a Kalman filter: paper 1's Fig. 3, on keyframes (SPEC 1.5)."""
+
+import time
+from typing import ClassVar
+
+import numpy as np
+
+from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator, Status
+from grouser.estimators.track_motion import SideSlip, TrackNoise
+from grouser.estimators.visual.five_point import FivePointRansac
+from grouser.estimators.visual.frontend import FrontendOptions, StereoFrame, StereoFrontend, grey
+from grouser.estimators.visual.fusion import NOTHING_YET, Fused, RelativeFilter
+from grouser.estimators.visual.matching import MatchingOptions
+from grouser.estimators.visual.motion import chassis_pose
+from grouser.estimators.visual.one_point import OnePointRansac
+from grouser.estimators.visual.prediction import (
+    MotionPredictor,
+    TrackPredictor,
+    VelocityPredictor,
+)
+from grouser.estimators.visual.prior import ChassisPrior
+from grouser.estimators.visual.sight import Expectation, KeyframeSight, Sight
+from grouser.geometry import Array, between, compose, compose_jacobians
+from grouser.rig import Rig, StereoCamera
+
+SOLVERS = {"one-point": OnePointRansac, "five-point": FivePointRansac}
+
+
+class VisualOdometry(PoseEstimator):
+    """Stereo visual odometry with a minimal solver by name, fused with the tracks where there are.
+
+    Without tracks a constant velocity says where to search, and nothing is fused. A frame that
+    vision fails on is bridged by prediction (COASTING); without tracks for a second, LOST.
+    """
+
+    requires: ClassVar[frozenset[str]] = frozenset({"left", "right", "stamp"})
+    optional: ClassVar[frozenset[str]] = frozenset({"tracks"})
+
+    def __init__(
+        self,
+        rig: Rig,
+        *,
+        solver: str = "one-point",
+        max_points: int = 64,
+        corners: int = 900,
+        place_noise_px: float = 0.15,
+        disparity_noise_px: float = 0.15,
+        roll_pitch_prior: float = 0.003,
+        side_slip_prior: float = 0.02,
+        track_noise: float = 0.03,
+        track_scale_sigma: float = 0.05,
+        turn_scale_sigma: float = 0.10,
+        turn_noise: float = 0.05,
+        scale_walk: float = 5e-4,
+        keyframe_distance: float = 0.25,
+        keyframe_turn: float = 0.2,
+        keyframe_frames: int = 60,
+        lost_after: float = 1.0,
+    ) -> None:
+        """
+        Args:
+            rig: the calibration; `stereo` is needed, `tracks` used where there are any.
+            solver: the minimal solver: "one-point" or "five-point".
+            max_points: matched points that the estimation uses.
+            corners: corners sought in each image.
+            place_noise_px: sigma of an aligned point, px.
+            disparity_noise_px: sigma of a disparity, px.
+            roll_pitch_prior: sigma of roll and of pitch between two frames, rad.
+            side_slip_prior: sigma of the motion across, m per m along.
+            track_noise: white noise of a track's increment, as a share of it.
+            track_scale_sigma: sigma of a track's unknown scale error.
+            turn_scale_sigma: sigma of the effective width's unknown scale error.
+            turn_noise: white slip of a turn, as a share of it.
+            scale_walk: how far a scale error wanders a frame, one sigma.
+            keyframe_distance: m after which the reference frame is replaced.
+            keyframe_turn: rad after which it is.
+            keyframe_frames: frames after which it is.
+            lost_after: s of prediction without tracks until the pose is LOST.
+
+        Raises:
+            ValueError: an unknown solver, or a rig without a stereo camera.
+        """
+        if solver not in SOLVERS:
+            raise ValueError(f"no solver is named {solver!r}; known: {', '.join(sorted(SOLVERS))}")
+        if rig.stereo is None:
+            raise ValueError("visual odometry needs rig.stereo, and this rig has None")
+        self._rig = rig
+        self._camera: StereoCamera = rig.stereo
+        self._frontend = StereoFrontend(
+            FrontendOptions(corners=corners), disparity_offset=rig.stereo.disparity_offset
+        )
+        place, disparity = place_noise_px**2, disparity_noise_px**2
+        # The keyframe's corner is where its patch was cut: it has no error of place.
+        noise = np.array([1e-6, 1e-6, disparity, place, place, disparity])
+        self._sight = KeyframeSight(
+            rig.stereo,
+            SOLVERS[solver](rig.stereo),
+            prior=ChassisPrior(tilt_floor=roll_pitch_prior, side_per_chord=side_slip_prior),
+            matching=MatchingOptions(max_points=max_points),
+            noise=noise,
+        )
+        self._max_points = max_points
+        self._track_noise = TrackNoise(scale=track_noise)
+        self._turn_noise = turn_noise
+        self._scale_sigmas = np.array([track_scale_sigma, track_scale_sigma, turn_scale_sigma])
+        self._scale_walk = scale_walk
+        self._keyframe_limits = (keyframe_distance, keyframe_turn, keyframe_frames)
+        self._lost_after = lost_after
+
+    def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
+        """Start at pose zero, known exactly, with the first frame as keyframe."""
+        self._rng = rng
+        self._predictor = self._make_predictor(observation)
+        self._filter = RelativeFilter(scale_sigmas=self._scale_sigmas, scale_walk=self._scale_walk)
+        self._frontend.reset()
+        self._keyframe = self._extract(observation)
+        self._keyframe_pose_3d = np.eye(4)
+        self._predicted = NOTHING_YET
+        self._believed = Expectation(np.zeros(3), np.zeros((3, 3)))
+        self._failures = 0
+        self._last_seen = float(observation["stamp"][0])
+        return PoseEstimate(
+            pose=np.zeros(3),
+            covariance=np.zeros((3, 3)),
+            status=Status.TRACKING,
+            stamp=self._last_seen,
+            pose_3d=np.eye(4),
+        )
+
+    def update(self, observation: Observation) -> PoseEstimate:
+        """Stereo, prediction, sight, filter, keyframe: one frame of Fig. 3."""
+        started = time.perf_counter()
+        frame = self._extract(observation)
+        extracted = time.perf_counter()
+        expected = self._predict(observation)
+        sight = self._sight.look(self._keyframe, frame, expected, self._rng)
+        looked = time.perf_counter()
+        fused = self._fuse(sight)
+        relative = self._filter.relative(fused)
+        pose_3d = self._keyframe_pose_3d @ chassis_pose(relative, *sight.out_of_plane())
+        self._learn(relative, sight, expected)
+        status = self._status(sight, float(observation["stamp"][0]))
+        diagnostics = sight.diagnostics | {
+            "features": float(len(frame.points)),
+            "nis": fused.nis,
+            "slipped": float(fused.slipped),
+            "keyframe_age": float(self._predicted.frames),
+            "ms_stereo": 1e3 * (extracted - started),
+            "ms_filter": 1e3 * (time.perf_counter() - looked),
+        }
+        if self._wants_keyframe(relative, sight):
+            self._commit(fused, frame, pose_3d)
+        return PoseEstimate(
+            pose=fused.state.pose.copy(),
+            covariance=fused.state.covariance[:3, :3].copy(),
+            status=status,
+            stamp=float(observation["stamp"][0]),
+            pose_3d=pose_3d,
+            diagnostics=diagnostics,
+        )
+
+    def _extract(self, observation: Observation) -> StereoFrame:
+        left, right = (grey(observation[eye], eye) for eye in ("left", "right"))
+        return self._frontend.extract(left, right)
+
+    def _make_predictor(self, observation: Observation) -> MotionPredictor:
+        if self._rig.tracks is not None and "tracks" in observation:
+            return TrackPredictor(self._rig.tracks, self._track_noise, SideSlip(), self._turn_noise)
+        return VelocityPredictor(_FASTEST * self._rig.dt)
+
+    def _predict(self, observation: Observation) -> Expectation:
+        """Takes the increment into the filter's prediction, and says where to search."""
+        increment = self._predictor.predict(observation, self._filter.keyframe.scales)
+        self._predicted = self._predicted.then(increment)
+        F, V = compose_jacobians(self._believed.pose, increment.pose)
+        scales = self._filter.keyframe.covariance[3:, 3:]
+        noise = increment.covariance + increment.by_scales @ scales @ increment.by_scales.T
+        covariance = F @ self._believed.covariance @ F.T + V @ noise @ V.T
+        return Expectation(compose(self._believed.pose, increment.pose), covariance)
+
+    def _fuse(self, sight: Sight) -> Fused:
+        if sight.motion is None:
+            return self._filter.coast(self._predicted)
+        measured, noise = sight.planar()
+        if self._predictor.measures:
+            return self._filter.fuse(self._predicted, measured, noise)
+        return self._filter.follow(measured, noise)
+
+    def _learn(self, relative: Array, sight: Sight, expected: Expectation) -> None:
+        """What the next prediction starts from."""
+        if sight.motion is None:
+            self._failures += 1
+            self._believed = Expectation(relative, expected.covariance)
+        else:
+            self._failures = 0
+            self._predictor.learn(between(self._believed.pose, relative))
+            self._believed = Expectation(relative, sight.planar()[1])
+
+    def _status(self, sight: Sight, stamp: float) -> Status:
+        if sight.motion is not None:
+            self._last_seen = stamp
+            return Status.TRACKING
+        if not self._predictor.measures and stamp - self._last_seen > self._lost_after:
+            self._predictor.learn(None)
+            return Status.LOST
+        return Status.COASTING
+
+    def _wants_keyframe(self, relative: Array, sight: Sight) -> bool:
+        """Whether the overlap with the keyframe runs out (SPEC 1.5, step 6)."""
+        distance, turn, frames = self._keyframe_limits
+        moved = np.hypot(relative[0], relative[1]) > distance or abs(relative[2]) > turn
+        if sight.motion is None:
+            # One blurred frame is no reason to let the keyframe go; a lasting blackout is.
+            return bool(moved) or self._failures >= _PATIENCE
+        few = sight.diagnostics["inliers"] < _FEW_INLIERS * self._max_points
+        few |= sight.diagnostics["candidates"] < self._max_points
+        return bool(moved or few or self._predicted.frames >= frames)
+
+    def _commit(self, fused: Fused, frame: StereoFrame, pose_3d: Array) -> None:
+        self._filter.commit(fused)
+        self._keyframe = frame
+        self._keyframe_pose_3d = pose_3d
+        self._predicted = NOTHING_YET
+        self._believed = Expectation(np.zeros(3), np.zeros((3, 3)))
+
+
+_FASTEST = np.array([15.0, 1.0, 1.0])  # m/s, m/s, rad/s: one sigma of an unknown velocity
+_PATIENCE = 3
+_FEW_INLIERS = 0.42

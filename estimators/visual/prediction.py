@@ -1,0 +1,104 @@
+"""What the next increment is expected to be: from the tracks, or, without them, as the last one."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+
+from grouser.estimators.base import Observation
+from grouser.estimators.track_motion import (
+    SideSlip,
+    TrackNoise,
+    arc_jacobian,
+    arc_pose,
+    chord,
+    track_increment,
+    track_increment_jacobian,
+)
+from grouser.geometry import Array
+from grouser.rig import TrackGeometry
+
+SCALES = 3
+"""Scale errors that the filter estimates: of the left track, the right track and the turn."""
+
+
+@dataclass(frozen=True, slots=True)
+class Increment:
+    """A predicted pose increment, in the frame of the pose before it."""
+
+    pose: Array
+    """(3,) x, y [m], heading [rad]"""
+    covariance: Array
+    """(3, 3) of its white noise"""
+    by_scales: Array
+    """(3, SCALES) derivative by the scale errors; zero where nothing has a scale."""
+
+
+class MotionPredictor(ABC):
+    """Predicts increments; `measures` says whether they are a measurement that may be fused."""
+
+    measures: bool
+
+    @abstractmethod
+    def predict(self, observation: Observation, scales: Array) -> Increment:
+        """The increment to this observation, given the estimated scale errors (SCALES,)."""
+
+    @abstractmethod
+    def learn(self, increment: Array | None) -> None:
+        """Take note of the increment (3,) as estimated in the end; None where it is unknown."""
+
+
+class TrackPredictor(MotionPredictor):
+    """The tracks measure the increment: SPEC 1.5 step 1 with the exact arc."""
+
+    measures = True
+
+    def __init__(
+        self, tracks: TrackGeometry, noise: TrackNoise, side_slip: SideSlip, turn_noise: float
+    ) -> None:
+        """turn_noise: white slip of the turn, as a share of it."""
+        self._tracks = tracks
+        self._noise = noise
+        self._side_slip = side_slip
+        self._turn_noise = turn_noise
+
+    def predict(self, observation: Observation, scales: Array) -> Increment:
+        measured = np.asarray(observation["tracks"], dtype=np.float64)
+        if measured.shape != (2,) or not np.isfinite(measured).all():
+            raise ValueError(f"observation 'tracks' must be two finite numbers [m], got {measured}")
+        width = self._tracks.effective_width
+        du = measured * (1 + scales[:2])
+        turn, arc_length = track_increment(du, width)
+        by_arc = arc_jacobian(turn * (1 + scales[2]), arc_length)
+        by_turn = by_arc[:, 0]
+        by_du = by_arc @ (np.diag([1 + scales[2], 1.0]) @ track_increment_jacobian(width))
+        covariance = by_du @ self._noise.covariance(du) @ by_du.T
+        covariance += (self._turn_noise * turn) ** 2 * np.outer(by_turn, by_turn)
+        covariance += self._side_slip.covariance(turn, chord(turn, arc_length))
+        by_scales = np.column_stack([by_du * measured, by_turn * turn])
+        return Increment(arc_pose(turn * (1 + scales[2]), arc_length), covariance, by_scales)
+
+    def learn(self, increment: Array | None) -> None:
+        """The tracks need no memory."""
+
+
+class VelocityPredictor(MotionPredictor):
+    """Without tracks the last increment is expected again: where to search, not a measurement."""
+
+    measures = False
+
+    def __init__(self, first_sigma: Array) -> None:
+        """first_sigma: (3,) of the increment while nothing is known of the velocity."""
+        self._first = first_sigma
+        self._last: Array | None = None
+
+    def predict(self, observation: Observation, scales: Array) -> Increment:
+        zero = np.zeros((3, SCALES))
+        if self._last is None:
+            return Increment(np.zeros(3), np.diag(self._first**2), zero)
+        distance = float(np.hypot(*self._last[:2]))
+        sigma = np.array([0.02 + 0.1 * distance, 0.005 + 0.02 * distance, np.radians(1.5)])
+        return Increment(self._last, np.diag(sigma**2), zero)
+
+    def learn(self, increment: Array | None) -> None:
+        self._last = None if increment is None else increment.copy()

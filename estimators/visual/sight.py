@@ -1,0 +1,184 @@
+"""One look back at the keyframe: match, solve by RANSAC, refine (paper 1 Fig. 3, middle)."""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from grouser.estimators.visual.frontend import StereoFrame
+from grouser.estimators.visual.matching import MatchingOptions, match_frames
+from grouser.estimators.visual.motion import intrinsics, predict_points
+from grouser.estimators.visual.prior import ChassisPrior
+from grouser.estimators.visual.refine import refine
+from grouser.estimators.visual.solver import MotionSolver
+from grouser.geometry import Array, rotate
+from grouser.rig import StereoCamera
+
+FEWEST_MATCHES = 12
+FEWEST_AGREEING = 6
+FEWEST_REFINED = 10
+_WIDE_SEARCH = 20.0  # px in an image 320 px wide: beyond it the first match is only a first guess
+_UNUSABLE_TURN = 0.05  # rad of sigma: the points do not hold the motion
+_LEAST_NOISE = 0.25  # of the assumed pixel variance, whatever few residuals happen to say
+
+
+@dataclass(frozen=True, slots=True)
+class Expectation:
+    """Where the robot is thought to be, seen from the keyframe."""
+
+    pose: Array
+    """(3,)"""
+    covariance: Array
+    """(3, 3)"""
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """What vision says of the motion since the keyframe; `motion` is None where it fails."""
+
+    motion: Array | None
+    """(6,) as in `visual.motion`"""
+    covariance: Array
+    """(6, 6)"""
+    diagnostics: dict[str, float]
+
+    def planar(self) -> tuple[Array, Array]:
+        """The planar part as a pose (3,) with its covariance (3, 3).
+
+        Raises:
+            ValueError: vision failed; there is nothing to tell.
+        """
+        if self.motion is None:
+            raise ValueError("a sight without a motion has no planar part")
+        turn = float(self.motion[0])
+        pose = np.append(rotate(turn / 2, self.motion[1:3]), turn)
+        to_pose = np.linalg.inv(pose_to_motion(pose))
+        return pose, to_pose @ self.covariance[:3, :3] @ to_pose.T
+
+    def out_of_plane(self) -> tuple[float, float, float]:
+        """Height [m], roll and pitch [rad]; zero where vision failed."""
+        if self.motion is None:
+            return 0.0, 0.0, 0.0
+        return float(self.motion[3]), float(self.motion[4]), float(self.motion[5])
+
+
+class KeyframeSight:
+    """Sees the motion from one stereo frame to another; has no memory."""
+
+    def __init__(
+        self,
+        camera: StereoCamera,
+        solver: MotionSolver,
+        *,
+        prior: ChassisPrior,
+        matching: MatchingOptions,
+        noise: Array,
+    ) -> None:
+        """noise: (6,) variances of u, v, d in the keyframe and in the current frame [px^2]."""
+        self._camera = camera
+        self._intrinsics = intrinsics(camera)
+        self._solver = solver
+        self._prior = prior
+        self._matching = matching
+        self._noise = noise
+
+    def look(
+        self,
+        keyframe: StereoFrame,
+        frame: StereoFrame,
+        expected: Expectation,
+        rng: np.random.Generator,
+    ) -> Sight:
+        """The motion from keyframe to frame; a wide search is followed by a second, narrow one."""
+        mean, covariance, width = self._search_prior(keyframe, expected)
+        sight = self._try(keyframe, frame, mean, covariance, rng)
+        if width > _WIDE_SEARCH and sight.motion is not None:
+            again = self._try(keyframe, frame, sight.motion, sight.covariance, rng)
+            sight = again if again.motion is not None else sight
+        return sight
+
+    def _search_prior(
+        self, keyframe: StereoFrame, expected: Expectation
+    ) -> tuple[Array, Array, float]:
+        """Mean (6,) and covariance (6, 6) of the motion, and half the search width, px / 320."""
+        mean = np.zeros(6)
+        mean[0] = expected.pose[2]
+        mean[1:3] = rotate(-mean[0] / 2, expected.pose[:2])
+        sigma = self._prior.sigma(mean[0], mean[1], self._camera.mount_sigma)
+        covariance = np.diag(np.concatenate([np.zeros(2), sigma[2:] ** 2]))
+        to_motion = pose_to_motion(expected.pose)
+        covariance[:3, :3] += to_motion @ expected.covariance @ to_motion.T
+        if len(keyframe.points) == 0:
+            return mean, covariance, 0.0
+        _, S = self._predict(keyframe, mean, covariance)
+        width = 3 * float(np.sqrt(np.nanmedian(S[:, 0, 0])))
+        return mean, covariance, width * 320 / self._camera.width
+
+    def _predict(
+        self, keyframe: StereoFrame, mean: Array, covariance: Array
+    ) -> tuple[Array, Array]:
+        camera = self._camera
+        predicted, spread = predict_points(
+            keyframe.points, mean, covariance, camera.T_base_camera, self._intrinsics, self._noise
+        )
+        return predicted, spread
+
+    def _try(
+        self,
+        keyframe: StereoFrame,
+        frame: StereoFrame,
+        mean: Array,
+        covariance: Array,
+        rng: np.random.Generator,
+    ) -> Sight:
+        camera, started = self._camera, time.perf_counter()
+        predicted, S = self._predict(keyframe, mean, covariance)
+        matches = match_frames(
+            keyframe, frame, predicted, S, self._matching, disparity_offset=camera.disparity_offset
+        )
+        matched = time.perf_counter()
+        found = len(matches.reference)
+        diagnostics = {
+            "candidates": float(matches.candidates),
+            "matches": float(found),
+            "inliers": 0.0,
+            "ms_matching": 1e3 * (matched - started),
+        }
+        blind = Sight(None, np.zeros((6, 6)), diagnostics)
+        if found < FEWEST_MATCHES:
+            return blind
+        sigma = self._prior.sigma(mean[0], mean[1], camera.mount_sigma)
+        hypothesis = self._solver.solve(matches, sigma, self._noise, rng)
+        solved = time.perf_counter()
+        if hypothesis is None or hypothesis.inliers.sum() < FEWEST_AGREEING:
+            return blind
+        refined = refine(
+            matches.reference,
+            matches.current,
+            start=hypothesis.motion,
+            prior_mean=np.zeros(6),
+            prior_sigma=sigma,
+            noise=self._noise,
+            T_base_camera=camera.T_base_camera,
+            camera=self._intrinsics,
+        )
+        diagnostics |= {
+            "agreeing": float(hypothesis.inliers.sum()),
+            "trials": float(hypothesis.trials),
+            "inliers": float(refined.inliers.sum()),
+            "iterations": float(refined.iterations),
+            "noise_ratio": refined.noise_ratio,
+            "ms_ransac": 1e3 * (solved - matched),
+            "ms_refinement": 1e3 * (time.perf_counter() - solved),
+        }
+        covariance = refined.covariance * max(refined.noise_ratio, _LEAST_NOISE)
+        usable = refined.inliers.sum() >= FEWEST_REFINED and covariance[0, 0] < _UNUSABLE_TURN**2
+        return Sight(refined.motion, covariance, diagnostics) if usable else blind
+
+
+def pose_to_motion(pose: Array) -> Array:
+    """(3, 3) derivative of (turn, chord, side) with respect to the pose (x, y, heading)."""
+    half = pose[2] / 2
+    c, s = np.cos(half), np.sin(half)
+    chord, side = rotate(-half, pose[:2])
+    return np.array([[0.0, 0.0, 1.0], [c, s, side / 2], [-s, c, -chord / 2]])
