@@ -65,6 +65,9 @@ class PoseEstimator(ABC):
         """Take the next observation and return the pose at its stamp."""
 
 
+OBSERVATION_KEYS = frozenset({"left", "right", "tracks", "lidar", "imu", "gps", "stamp"})
+"""Keys that an environment may show; which of them it does depends on its robot."""
+
 TRUTH_KEYS = frozenset({"true_pose", "true_pose_3d"})
 """Keys of `info` that only the estimator named ground-truth may require."""
 
@@ -97,7 +100,8 @@ def readable(
         ValueError: the environment does not give what the estimator requires.
     """
     check_observation_keys(estimator, observation)
-    truth = estimator.requires & TRUTH_KEYS
+    # Of the class, which the registry has checked: an instance cannot ask for more.
+    truth = type(estimator).requires & TRUTH_KEYS
     untold = sorted(truth - set(info))
     if untold:
         raise ValueError(
