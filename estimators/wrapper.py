@@ -1,6 +1,5 @@
 """The Gymnasium wrapper that puts a pose estimator between a robot and whoever drives it."""
 
-import zlib
 from typing import Any
 
 import gymnasium as gym
@@ -15,14 +14,12 @@ from grouser.estimators.base import (
     check_observation_keys,
     readable,
 )
+from grouser.estimators.random_stream import estimator_seeds
 from grouser.rig import Rig
 
 # Bounds of the estimate in the observation space; finite, because Gymnasium's checker asks for it.
 _FAR = 1e6  # m
 _VARIANCE = 1e12  # m^2
-
-# Separates the estimator's random stream from those that the environment derives from its seed.
-_STREAM = zlib.crc32(b"grouser.estimators")
 
 
 class EstimatedPose(
@@ -100,7 +97,7 @@ class EstimatedPose(
             drawn = self.env.unwrapped.np_random_seed
             seed = drawn if drawn >= 0 else None
         if seed is not None or self._seeds is None:
-            self._seeds = np.random.SeedSequence(seed, spawn_key=(_STREAM,))
+            self._seeds = estimator_seeds(seed)
         (child,) = self._seeds.spawn(1)
         return np.random.default_rng(child)
 

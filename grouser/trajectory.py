@@ -74,7 +74,7 @@ def write_kitti(path: str | Path, poses: Array) -> None:
 
 
 def read_kitti(path: str | Path) -> Array:
-    """Poses (N, 4, 4) of a KITTI file.
+    """Poses (N, 4, 4) of a KITTI file; its rounded rotations are made exact ones.
 
     Raises:
         FileNotFoundError: there is no such file.
@@ -87,4 +87,4 @@ def read_kitti(path: str | Path) -> Array:
         skewed = np.abs(rotation @ rotation.T - np.eye(3)).max() > _ROTATION_TOLERANCE
         if skewed or np.linalg.det(rotation) < 0:
             raise ValueError(f"{path}:{line}: the first three columns of the pose are no rotation")
-    return transform(parts[:, :, :3], parts[:, :, 3])
+    return transform(Rotation.from_matrix(parts[:, :, :3]).as_matrix(), parts[:, :, 3])

@@ -10,6 +10,7 @@ import gymnasium as gym
 import numpy as np
 
 from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator, readable
+from grouser.estimators.random_stream import estimator_rng
 from grouser.geometry import Array
 
 OpenLoop = Callable[[int], Array]
@@ -20,9 +21,6 @@ ClosedLoop = Callable[[PoseEstimate], Array | None]
 
 OnStep = Callable[[], None]
 """Called after every step, for a progress bar."""
-
-# Keeps an estimator's stream apart from the environment's, which spawns its own from the bare seed.
-_ESTIMATOR_STREAM = 0x6772
 
 _Frame = tuple[Observation, Mapping[str, Any]]
 
@@ -91,15 +89,6 @@ def compare_closed_loop(
     return watcher.run()
 
 
-def estimator_rng(seed: int) -> np.random.Generator:
-    """The generator that every estimator gets, by the seed alone.
-
-    It is the same for all of them, each having its own copy, so that neither their names nor their
-    order nor who else takes part changes a result.
-    """
-    return np.random.default_rng([seed, _ESTIMATOR_STREAM])
-
-
 def _frames(
     env: gym.Env[Any, Any],
     act: Callable[[int], Array | None],
@@ -114,7 +103,8 @@ def _frames(
         action = act(step)
         if action is None:
             return
-        observation, _, terminated, truncated, info = env.step(action)
+        allowed = np.asarray(action, dtype=env.action_space.dtype)
+        observation, _, terminated, truncated, info = env.step(allowed)
         yield observation, info
         on_step()
         if terminated or truncated:

@@ -46,7 +46,7 @@ def plot_results(folder: ResultsFolder) -> list[Path]:
 
 def plot_top_view(runs: list[RunTrajectories], path: Path) -> None:
     """The courses from above: the truth, and estimates with their 95 % ellipses."""
-    figure, axes = _figure(1, (8, 7))
+    figure, axes = _figure(1, (8, _height([run.estimate.poses for run in runs])))
     one_truth = _all_the_same([run.truth.poses for run in runs if run.truth is not None])
     for index, (run, color) in enumerate(zip(runs, _colors(runs), strict=True)):
         if run.truth is not None and (index == 0 or not one_truth):
@@ -87,6 +87,13 @@ def _figure(rows: int, size: tuple[float, float]) -> tuple[Any, list[Any]]:
     figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
     return figure, list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
+
+
+def _height(courses: list[Array]) -> float:
+    """Inches for a course that is 8 wide at one scale, within what is legible."""
+    xy = np.concatenate([course[:, :2, 3] for course in courses])
+    width, depth = np.ptp(xy, axis=0)
+    return float(np.clip(8 * depth / max(width, 1e-9), 3.5, 8))
 
 
 def _save(figure: Any, axes: list[Any], path: Path) -> None:

@@ -64,4 +64,10 @@ def _caption(summaries: list[Summary]) -> str:
 
 def _cell(runs: list[Summary], column: _Column) -> str:
     values = [run[column.key] for run in runs if run[column.key] is not None]
-    return f"{column.scale * np.mean(values):.{column.digits}f}" if values else "-"
+    return _number(column.scale * float(np.mean(values)), column.digits) if values else "-"
+
+
+def _number(value: float, digits: int) -> str:
+    """As many digits as asked for, or fewer, to fit into five characters up to 99999."""
+    before_point = len(f"{abs(value):.0f}")
+    return f"{value:.{max(0, min(digits, 4 - before_point))}f}"
