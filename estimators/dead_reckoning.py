@@ -1,5 +1,6 @@
 """Dead reckoning: the tracks' increments added up, with the errors that add up along with them."""
 
+import math
 from typing import ClassVar
 
 import numpy as np
@@ -21,8 +22,9 @@ from grouser.rig import Rig, TrackGeometry
 class DeadReckoning(PoseEstimator):
     """Eqs. (2) to (5) of the first paper with the exact arc and true Jacobians (SPEC 1.1).
 
-    The covariance belongs to six states: the pose, the scale errors of the left and right track and
-    that of the turn. Nothing observes the scales; they correlate the errors of all increments.
+    The covariance belongs to seven states: the pose; the scale errors of the left and the right
+    track and of the turn; and the outward slip in turns. Nothing observes the last four; they
+    correlate the errors of all increments.
 
     Its status is always COASTING: it never looks at the outside world, so its covariance can only
     grow.
@@ -40,6 +42,7 @@ class DeadReckoning(PoseEstimator):
         side_slip_turning: float = 0.005,
         track_scale_sigma: float = 0.02,
         turn_scale_sigma: float = 0.10,
+        outward_slip_sigma: float = 0.08,
     ) -> None:
         """
         Args:
@@ -52,6 +55,9 @@ class DeadReckoning(PoseEstimator):
                 time. Constant errors never average out; they are why dead reckoning drifts.
             turn_scale_sigma: share of a turn beside what the tracks' scales explain: the effective
                 width depends on the ground and on the radius.
+            outward_slip_sigma: m per rad that the robot slides sideways in every turn as it drives
+                along, and not where it turns on the spot: the shear under a track builds up
+                towards its rear, which shifts the centre of rotation.
 
         Raises:
             ValueError: the rig says nothing about tracks, or a sigma is negative.
@@ -64,16 +70,18 @@ class DeadReckoning(PoseEstimator):
         self._tracks: TrackGeometry = rig.tracks
         self._track_noise = TrackNoise(scale=track_noise, floor=track_noise_floor)
         self._side_slip = SideSlip(forward=side_slip, turning=side_slip_turning)
-        self._scale_sigmas = np.array([track_scale_sigma, track_scale_sigma, turn_scale_sigma])
-        if not (self._scale_sigmas >= 0).all():
-            raise ValueError(f"scale sigmas must be zero or more, got {self._scale_sigmas}")
+        self._constant_sigmas = np.array(
+            [track_scale_sigma, track_scale_sigma, turn_scale_sigma, outward_slip_sigma]
+        )
+        if not (self._constant_sigmas >= 0).all():
+            raise ValueError(f"every sigma must be zero or more, got {self._constant_sigmas}")
         self._pose = np.zeros(3)
-        self._covariance = np.zeros((6, 6))
+        self._covariance = np.zeros((7, 7))
 
     def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
-        """Start at pose zero, known exactly, with scales known as well as their sigmas say."""
+        """Start at pose zero, known exactly, the constant errors as their sigmas say."""
         self._pose = np.zeros(3)
-        self._covariance = np.diag([0.0, 0.0, 0.0, *self._scale_sigmas**2])
+        self._covariance = np.diag([0.0, 0.0, 0.0, *self._constant_sigmas**2])
         return self._estimate(observation)
 
     def update(self, observation: Observation) -> PoseEstimate:
@@ -94,13 +102,14 @@ class DeadReckoning(PoseEstimator):
         increment = arc_pose(turn, arc_length)
         by_arc = arc_jacobian(turn, arc_length)
         by_du = by_arc @ track_increment_jacobian(width)
-        by_scales = np.column_stack([by_du * du, by_arc[:, 0] * turn])
+        slip = outward_slip(turn, arc_length, width)
+        by_constants = np.column_stack([by_du * du, by_arc[:, 0] * turn, slip])
         noise = by_du @ self._track_noise.covariance(du) @ by_du.T
         noise += self._side_slip.covariance(turn, chord(turn, arc_length))
 
         by_pose, by_increment = compose_jacobians(self._pose, increment)
-        F = np.eye(6)
-        F[:3, :3], F[:3, 3:] = by_pose, by_increment @ by_scales
+        F = np.eye(7)
+        F[:3, :3], F[:3, 3:] = by_pose, by_increment @ by_constants
         P = F @ self._covariance @ F.T
         P[:3, :3] += by_increment @ noise @ by_increment.T
         self._pose = compose(self._pose, increment)
@@ -113,3 +122,13 @@ class DeadReckoning(PoseEstimator):
             status=Status.COASTING,
             stamp=float(observation["stamp"][0]),
         )
+
+
+def outward_slip(turn: float, arc_length: float, width: float) -> Array:
+    """(3,) pose increment of an outward slip of 1 m per rad, in a turn of `turn` [rad].
+
+    It fades where the radius falls below the width: on the spot no side is outward.
+    """
+    reach = math.hypot(arc_length, width * turn)
+    sideways = -turn * arc_length / reach if reach > 0 else 0.0
+    return sideways * np.array([-math.sin(turn / 2), math.cos(turn / 2), 0.0])

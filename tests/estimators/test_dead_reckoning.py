@@ -2,19 +2,20 @@
 
 from collections.abc import Iterator
 
+import gymnasium as gym
 import numpy as np
 import pytest
 
 from grouser import geometry
 from grouser.estimators import Status, make
 from grouser.estimators.base import PoseEstimate
-from grouser.estimators.dead_reckoning import DeadReckoning
+from grouser.estimators.dead_reckoning import DeadReckoning, outward_slip
 from grouser.estimators.track_motion import SideSlip, TrackNoise, arc_pose, chord, track_increment
 from grouser.geometry import Array
 from grouser.rig import Rig, TrackGeometry
 
 WIDTH = 0.55
-TRACK_SCALE, TURN_SCALE = 0.02, 0.10  # the defaults of the estimator
+TRACK_SCALE, TURN_SCALE, OUTWARD_SLIP = 0.02, 0.10, 0.08  # the defaults of the estimator
 RIG = Rig(dt=0.1, tracks=TrackGeometry(gauge=0.4, width=0.08, effective_width=WIDTH))
 
 
@@ -43,6 +44,7 @@ def simulated_nees(rng: np.random.Generator, runs: int, **options: float) -> Arr
     for index in range(runs):
         scale = 1 + TRACK_SCALE * rng.normal(size=2)
         turn_scale = 1 + TURN_SCALE * rng.normal()
+        slip_per_turn = OUTWARD_SLIP * rng.normal()
         truth = np.zeros(3)
         for du in commanded:
             sigma = np.sqrt(np.diag(track_noise.covariance(du)))
@@ -51,6 +53,7 @@ def simulated_nees(rng: np.random.Generator, runs: int, **options: float) -> Arr
             slip = side_slip.sigma(turn, chord(turn, arc_length)) * rng.normal()
             step = arc_pose(turn, arc_length)
             step[:2] += slip * np.array([-np.sin(turn / 2), np.cos(turn / 2)])
+            step += slip_per_turn * outward_slip(turn, arc_length, WIDTH)
             truth = geometry.compose(truth, step)
         *_, last = run(DeadReckoning(RIG, **options), commanded)
         error = geometry.between(last.pose, truth)
@@ -68,11 +71,37 @@ def test_nees_is_three_on_its_own_noise_model() -> None:
     assert (nees > 11.345).mean() < 0.025  # one per cent lies above chi2_3(0.99)
 
 
-def test_without_the_scale_prior_the_covariance_is_far_too_small() -> None:
+def test_without_constant_errors_the_covariance_is_far_too_small() -> None:
     white_only = simulated_nees(
-        np.random.default_rng(0), 100, track_scale_sigma=0.0, turn_scale_sigma=0.0
+        np.random.default_rng(0),
+        100,
+        track_scale_sigma=0.0,
+        turn_scale_sigma=0.0,
+        outward_slip_sigma=0.0,
     )
     assert white_only.mean() > 20
+
+
+@pytest.mark.parametrize("tracks", [(0.4, 0.8), (0.6, 0.5), (-0.3, -0.6), (0.0, 0.6), (-0.3, 0.3)])
+def test_it_is_honest_on_the_simulated_robot_whose_slip_is_no_white_noise(
+    tracks: tuple[float, float],
+) -> None:
+    env = gym.make("grouser/TrackedRobot-v0", sensors=("tracks",))
+    action, nees = np.array(tracks, dtype=np.float32), []
+    try:
+        shown, info = env.reset(seed=0)
+        start = info["true_pose"]
+        estimator = make("dead-reckoning", env.get_wrapper_attr("rig"))
+        estimator.reset(shown, rng=np.random.default_rng(0))
+        for _ in range(80):
+            shown, _, _, _, info = env.step(action)
+            estimate = estimator.update(shown)
+            error = geometry.between(start, info["true_pose"]) - estimate.pose
+            error[2] = geometry.wrap(error[2])
+            nees.append(error @ np.linalg.solve(estimate.covariance, error))
+    finally:
+        env.close()
+    assert np.mean(nees[10:]) < 7.8  # chi2_3(0.95): one drive is one sample of the constant errors
 
 
 def test_noise_free_increments_give_the_exact_arc() -> None:
@@ -88,7 +117,7 @@ def test_covariance_matches_a_numeric_propagation() -> None:
     noise, slip = TrackNoise(), SideSlip()
 
     def end(inputs: Array) -> Array:
-        scales, white = inputs[:3], inputs[3:].reshape(-1, 3)
+        scales, white = inputs[:4], inputs[4:].reshape(-1, 3)
         pose = np.zeros(3)
         for du, (left, right, side) in zip(commanded, white, strict=True):
             actual = du * (1 + scales[:2]) + [left, right]
@@ -96,10 +125,11 @@ def test_covariance_matches_a_numeric_propagation() -> None:
             turn += scales[2] * turn
             step = arc_pose(turn, arc_length)
             step[:2] += side * np.array([-np.sin(turn / 2), np.cos(turn / 2)])
+            step += scales[3] * outward_slip(turn, arc_length, WIDTH)
             pose = geometry.compose(pose, step)
         return pose
 
-    variances = [TRACK_SCALE**2, TRACK_SCALE**2, TURN_SCALE**2]
+    variances = [TRACK_SCALE**2, TRACK_SCALE**2, TURN_SCALE**2, OUTWARD_SLIP**2]
     for du in commanded:
         turn, arc_length = track_increment(du, WIDTH)
         variances += [
@@ -110,6 +140,16 @@ def test_covariance_matches_a_numeric_propagation() -> None:
     J = np.stack([(end(step) - end(-step)) / (2 * h) for step in steps], axis=-1)
     *_, last = run(DeadReckoning(RIG), commanded)
     assert np.abs(last.covariance - J @ np.diag(variances) @ J.T).max() < 1e-9
+
+
+def test_outward_slip_points_away_from_the_turn_and_fades_on_the_spot() -> None:
+    left, right = outward_slip(0.01, 0.1, WIDTH), outward_slip(-0.01, 0.1, WIDTH)
+    assert left[1] < 0 < right[1]
+    reverse = outward_slip(0.01, -0.1, WIDTH)  # reversing to the left, the outside is on the right
+    assert reverse[1] > 0
+    assert np.abs(left[:2]).max() == pytest.approx(0.01, rel=2e-3)  # 1 m per rad
+    assert not outward_slip(0.1, 0.0, WIDTH).any()
+    assert not outward_slip(0.0, 0.0, WIDTH).any()
 
 
 def test_uncertainty_grows_while_driving_and_never_claims_to_track() -> None:
@@ -136,7 +176,7 @@ def test_a_rig_without_tracks_is_refused_with_the_remedy() -> None:
 
 
 def test_a_negative_sigma_is_refused() -> None:
-    with pytest.raises(ValueError, match="scale sigmas must be zero or more"):
+    with pytest.raises(ValueError, match="every sigma must be zero or more"):
         DeadReckoning(RIG, turn_scale_sigma=-0.1)
 
 
