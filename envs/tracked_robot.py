@@ -15,6 +15,7 @@ from grouser.envs.sensors.lidar import PlanarLidar
 from grouser.envs.sensors.stereo import EYES, Stereo
 from grouser.envs.sensors.tracks import TrackEncoders
 from grouser.envs.simulation.chase import ChaseView
+from grouser.envs.simulation.kernels import announce
 from grouser.envs.simulation.motion import instantaneous_centres, longitudinal_slip
 from grouser.envs.simulation.robot import RobotModel, TrackedRobot
 from grouser.envs.simulation.robot_rig import robot_rig
@@ -106,6 +107,7 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
         self._sensors = _sensors(self.rig, encoders, self._keys, color, image_noise)
         self.observation_space = _observation_space(self._sensors)
         self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
+        announce()
         self._window = self._open_window()
         self._robot = TrackedRobot(self._model, dt=CONTROL_DT)
         self._closed = False

@@ -13,6 +13,7 @@ from grouser.envs.sensors.read_noise import ReadNoise
 from grouser.envs.simulation.mesh import world_faces
 from grouser.envs.simulation.motion import Motion
 from grouser.envs.simulation.renderer import Pinhole, Renderer
+from grouser.envs.simulation.textures import texture_bank
 from grouser.envs.simulation.worlds import World
 from grouser.geometry import Array, transform
 from grouser.rig import StereoCamera
@@ -53,11 +54,9 @@ class Stereo(Sensor):
         return {eye: spaces.Box(0, 255, self._shape, np.uint8) for eye in self._eyes}
 
     def enter(self, world: World, rngs: Mapping[str, np.random.Generator]) -> None:
-        faces = world_faces(world)
+        faces, bank = world_faces(world), texture_bank(self._color)
         self._rngs = {eye: rngs[eye] for eye in self._eyes}
-        self._renderers = {
-            eye: Renderer(faces, self._pinhole, color=self._color) for eye in self._eyes
-        }
+        self._renderers = {eye: Renderer(faces, self._pinhole, bank) for eye in self._eyes}
 
     def read(self, motion: Motion) -> Reading:
         *others, last = self._eyes

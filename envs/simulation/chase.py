@@ -9,6 +9,7 @@ from grouser.envs.simulation.mesh import Faces, join_faces, oriented_box_faces, 
 from grouser.envs.simulation.raycast import RayCaster
 from grouser.envs.simulation.renderer import Pinhole, Renderer
 from grouser.envs.simulation.robot import RobotModel
+from grouser.envs.simulation.textures import texture_bank
 from grouser.envs.simulation.worlds import TEXTURES, World
 from grouser.geometry import Array, lift, project
 from grouser.rig import camera_mount
@@ -30,7 +31,9 @@ class ChaseView:
     def frame(self, T_world_base: Array) -> NDArray[np.uint8]:
         """A new RGB image (height, width, 3) of the robot at a pose (4, 4)."""
         faces = join_faces(self._faces, robot_faces(self._model, T_world_base))
-        return Renderer(faces, self._camera, color=True).render(self._viewpoint(T_world_base))
+        return Renderer(faces, self._camera, texture_bank(color=True)).render(
+            self._viewpoint(T_world_base)
+        )
 
     def _viewpoint(self, T_world_base: Array) -> Array:
         """Level behind the robot, or as near to it as obstacles and walls make it come."""

@@ -5,7 +5,21 @@ call only kernels of its own file: numba notices a changed file by its date and 
 a stale copy of what it had inlined from another one.
 """
 
+import logging
+from functools import cache
+
 import numba
 
 kernel = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
 """Decorator: compiled at the first call and cached beside the source (or in NUMBA_CACHE_DIR)."""
+
+inlined = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy", inline="always")
+"""Decorator of a small function that becomes a part of the kernel that calls it."""
+
+
+@cache
+def announce() -> None:
+    """Say once a process, in the log, why the first step may take long."""
+    logging.getLogger(__name__).info(
+        "loading the simulation's kernels; the first run ever compiles them, for about 20 s"
+    )

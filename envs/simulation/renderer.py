@@ -4,7 +4,6 @@ Project, cover, resolve: one kernel each. Only + - * / sqrt and floor on IEEE fl
 pixels depend neither on the processor nor on the number of threads.
 """
 
-import logging
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,14 +13,14 @@ from grouser.envs.simulation.coverage import SUBSAMPLES, cover
 from grouser.envs.simulation.mesh import Faces
 from grouser.envs.simulation.projection import MAX_CORNERS, N_PLANES, project_faces
 from grouser.envs.simulation.sampling import resolve
-from grouser.envs.simulation.textures import texture_bank
+from grouser.envs.simulation.textures import TextureBank
 from grouser.geometry import Array
 
 NEAR = 0.05
 """What is nearer to a camera than this is not seen, m."""
 
-_SKY_GREY, _SKY_RGB = (200.0,), (176.0, 203.0, 230.0)
-_log = logging.getLogger(__name__)
+SKY_COLOUR = {1: (200.0,), 3: (176.0, 203.0, 230.0)}
+"""Grey levels, by number of channels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +48,7 @@ class Renderer:
     Args:
         faces: what there is to see.
         camera: its intrinsics.
-        color: RGB instead of grey.
+        bank: the textures; its channels say whether images are grey or RGB.
         samples: sub-samples a pixel, 1 or 4.
         anisotropy: most texture samples along a footprint's longer axis.
     """
@@ -58,14 +57,14 @@ class Renderer:
         self,
         faces: Faces,
         camera: Pinhole,
+        bank: TextureBank,
         *,
-        color: bool = False,
         samples: int = 4,
         anisotropy: int = 2,
     ) -> None:
         self._faces, self._camera, self._anisotropy = faces, camera, anisotropy
-        self._bank = texture_bank(color)
-        self._sky = np.array(_SKY_RGB if color else _SKY_GREY, dtype=np.float32)
+        self._bank = bank
+        self._sky = np.array(SKY_COLOUR[bank.channels], dtype=np.float32)
         self._intrinsics = np.array([camera.fx, camera.fy, camera.cx, camera.cy])
         self._size = np.array([camera.width, camera.height])
         self._subsamples = SUBSAMPLES[samples]

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from grouser.envs.simulation.kernels import kernel
+from grouser.envs.simulation.kernels import inlined, kernel
 
 F = np.float32
 _ZERO, _HALF, _ONE, _TWO = F(0), F(0.5), F(1), F(2)
@@ -42,7 +42,8 @@ def resolve(
         image: out, (height, width, channels) uint8.
     """
     n_samples, height, width = faces.shape
-    colour = np.empty(image.shape[2], dtype=np.float32)
+    channels = image.shape[2]
+    colour = np.empty(channels, dtype=np.float32)
     for y in range(height):
         for x in range(width):
             colour[:] = _ZERO
@@ -52,17 +53,30 @@ def resolve(
                     continue
                 weight, i = F(count) / F(n_samples), faces[s, y, x]
                 if i < 0:
-                    for q in range(colour.shape[0]):
+                    for q in range(channels):
                         colour[q] += weight * sky[q]
                 else:
                     k = texture[i]
-                    _add_texture(
-                        planes[i], F(x) + cx, F(y) + cy, texels, offsets[k], sizes[k], anisotropy,
-                        weight * shade[i], colour,
-                    )  # fmt: skip
+                    size = sizes[k]
+                    u, v, step_u, step_v, taps, level, blend = _footprint(
+                        planes[i], F(x) + cx, F(y) + cy, size, anisotropy
+                    )
+                    gain = weight * shade[i] / F(taps)
+                    for q in range(channels):
+                        value = _filtered(
+                            texels, offsets[k, level], size >> level, channels, q,
+                            u, v, step_u, step_v, taps,
+                        )  # fmt: skip
+                        if blend > F(1 / 64):
+                            coarse = _filtered(
+                                texels, offsets[k, level + 1], size >> (level + 1), channels, q,
+                                u, v, step_u, step_v, taps,
+                            )  # fmt: skip
+                            value += blend * (coarse - value)
+                        colour[q] += gain * value
                 if count == n_samples:
                     break
-            for q in range(colour.shape[0]):
+            for q in range(channels):
                 image[y, x, q] = np.uint8(min(max(colour[q] + _HALF, _ZERO), F(255)))
 
 
@@ -82,21 +96,7 @@ def _share(faces: Any, subsamples: Any, s: int, y: int, x: int) -> Any:
     return count, cx / F(count), cy / F(count)
 
 
-@kernel
-def _add_texture(
-    p: Any, x: Any, y: Any, texels: Any, offsets: Any, size: int, anisotropy: int, weight: Any,
-    colour: Any,
-) -> None:  # fmt: skip
-    """Add weight times the filtered texture at pixel (x, y) of a face to the colour."""
-    u, v, step_u, step_v, taps, level, blend = _footprint(p, x, y, size, anisotropy)
-    _add_level(texels, offsets[level], size >> level, u, v, step_u, step_v, taps,
-               weight * (_ONE - blend) / F(taps), colour)  # fmt: skip
-    if blend > F(1 / 64):
-        _add_level(texels, offsets[level + 1], size >> (level + 1), u, v, step_u, step_v, taps,
-                   weight * blend / F(taps), colour)  # fmt: skip
-
-
-@kernel
+@inlined
 def _footprint(p: Any, x: Any, y: Any, size: int, anisotropy: int) -> Any:
     """Where a pixel lies on its texture, and how it is to be filtered.
 
@@ -108,16 +108,21 @@ def _footprint(p: Any, x: Any, y: Any, size: int, anisotropy: int) -> Any:
     z = _ONE / (p[0] * x + p[1] * y + p[2])
     un = (p[3] * x + p[4] * y + p[5]) * z
     vn = (p[7] * x + p[8] * y + p[9]) * z
-    ux, uy = (p[3] - un * p[0]) * z * n, (p[4] - un * p[1]) * z * n  # texels a pixel, exact
-    vx, vy = (p[7] - vn * p[0]) * z * n, (p[8] - vn * p[1]) * z * n
+    zn = z * n
+    ux, uy = (p[3] - un * p[0]) * zn, (p[4] - un * p[1]) * zn  # texels a pixel, exact
+    vx, vy = (p[7] - vn * p[0]) * zn, (p[8] - vn * p[1]) * zn
     across, down = ux * ux + vx * vx, uy * uy + vy * vy
     longer: Any = math.sqrt(max(across, down))
-    shorter: Any = math.sqrt(min(across, down))
+    step_u, step_v = _ZERO, _ZERO
     taps = 1
-    if longer > _ONE:
+    if anisotropy > 1 and longer > _ONE:
+        shorter: Any = math.sqrt(min(across, down))
         taps = min(anisotropy, max(1, int(longer / max(shorter, _ONE) + F(0.95))))
-    step_u, step_v = (ux, vx) if across > down else (uy, vy)
-    spread = _ONE / (n * F(taps)) * min(_ONE, n / longer)  # at most one tile
+        if taps > 1:
+            spread = _ONE / (n * F(taps)) * min(_ONE, n / longer)  # at most one tile
+            step_u, step_v = (ux, vx) if across > down else (uy, vy)
+            step_u *= spread
+            step_v *= spread
     width = min(longer / F(taps), F(size // 2))
     level = 0
     while width >= _TWO:
@@ -125,24 +130,16 @@ def _footprint(p: Any, x: Any, y: Any, size: int, anisotropy: int) -> Any:
         level += 1
     u, v = un + p[6], vn + p[10]
     blend = min(max(width - _ONE, _ZERO), _ONE)
-    return (
-        u - math.floor(u),
-        v - math.floor(v),
-        step_u * spread,
-        step_v * spread,
-        taps,
-        level,
-        blend,
-    )
+    return u - np.floor(u), v - np.floor(v), step_u, step_v, taps, level, blend
 
 
-@kernel
-def _add_level(
-    texels: Any, offset: int, n: int, u: Any, v: Any, step_u: Any, step_v: Any, taps: int,
-    weight: Any, colour: Any,
-) -> None:  # fmt: skip
-    """Add the taps' bilinear samples of one mip level of side n."""
-    channels, size = colour.shape[0], F(n)
+@inlined
+def _filtered(
+    texels: Any, offset: int, n: int, channels: int, channel: int,
+    u: Any, v: Any, step_u: Any, step_v: Any, taps: int,
+) -> Any:  # fmt: skip
+    """Sum of the taps' bilinear samples of one channel of one mip level of side n."""
+    size, total = F(n), _ZERO
     away = _HALF * F(1 - taps)
     for _ in range(taps):
         # One tile further, so that conversion to an integer rounds down.
@@ -151,13 +148,13 @@ def _add_level(
         away += _ONE
         ia, ib = int(a), int(b)
         fa, fb = a - F(ia), b - F(ib)
-        left, right = ia & (n - 1), (ia + 1) & (n - 1)
+        left, right = (ia & (n - 1)) * channels + channel, ((ia + 1) & (n - 1)) * channels + channel
         upper, lower = (
             offset + (ib & (n - 1)) * n * channels,
             offset + ((ib + 1) & (n - 1)) * n * channels,
         )
-        for q in range(channels):
-            t0, t1 = F(texels[upper + left * channels + q]), F(texels[upper + right * channels + q])
-            b0, b1 = F(texels[lower + left * channels + q]), F(texels[lower + right * channels + q])
-            top, bottom = t0 + fa * (t1 - t0), b0 + fa * (b1 - b0)
-            colour[q] += weight * (top + fb * (bottom - top))
+        t0, b0 = F(texels[upper + left]), F(texels[lower + left])
+        top = t0 + fa * (F(texels[upper + right]) - t0)
+        bottom = b0 + fa * (F(texels[lower + right]) - b0)
+        total += top + fb * (bottom - top)
+    return total

@@ -6,10 +6,12 @@ what stands where, not by the grain of its gravel, and a reset costs no texture.
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from grouser.envs.simulation.kernels import kernel
 from grouser.envs.simulation.worlds import TEXTURES
 
 METRES_PER_TEXEL = 1 / 256
@@ -127,18 +129,32 @@ def _bricks(rng: np.random.Generator, *, size: int, rows: int, columns: int) -> 
 def _stones(rng: np.random.Generator, *, size: int, cells: int) -> Image:
     """Stones of different tones with dark gaps: cellular noise (Worley, SIGGRAPH 1996)."""
     seeds = rng.random((cells, cells, 2))
-    tones = rng.uniform(60, 230, (cells, cells))
-    y, x = (np.mgrid[0:size, 0:size] + 0.5).astype(np.float32) * np.float32(cells / size)
-    row, column = y.astype(np.int64), x.astype(np.int64)
-    nearest, second = np.full((2, size, size), 9, dtype=np.float32)
-    tone = np.zeros((size, size), dtype=np.float32)
-    for dr in (-1, 0, 1):
-        for dc in (-1, 0, 1):
-            r, c = (row + dr) % cells, (column + dc) % cells
-            distance = np.hypot(column + dc + seeds[r, c, 0] - x, row + dr + seeds[r, c, 1] - y)
-            second = np.minimum(second, np.maximum(nearest, distance))
-            tone = np.where(distance < nearest, tones[r, c], tone)
-            nearest = np.minimum(nearest, distance)
-    texels_to_gap = (second - nearest) * (size / cells)
-    gap = np.clip(texels_to_gap / 4, 0, 1)
-    return np.clip(tone * (0.25 + 0.75 * gap) + 8 * rng.standard_normal((size, size)), 0, 255)
+    tones = rng.uniform(60, 230, cells * cells)
+    owner, to_gap = np.empty((size, size), dtype=np.int64), np.empty((size, size))
+    _nearest_seeds(seeds, owner, to_gap)
+    gap = np.clip(to_gap * (size / cells) / 4, 0, 1)  # four texels wide
+    image = tones[owner] * (0.25 + 0.75 * gap) + 8 * rng.standard_normal((size, size))
+    return np.clip(image, 0, 255)
+
+
+@kernel
+def _nearest_seeds(seeds: Any, owner: Any, to_gap: Any) -> None:
+    """For every texel, the nearest of the seeds, which lie one in each cell of a periodic grid,
+    and how much nearer it is than the second, in cells."""
+    cells, size = seeds.shape[0], owner.shape[0]
+    for row in range(size):
+        y = (row + 0.5) * cells / size
+        for column in range(size):
+            x = (column + 0.5) * cells / size
+            nearest, second = np.inf, np.inf
+            for r in range(int(y) - 1, int(y) + 2):
+                for c in range(int(x) - 1, int(x) + 2):
+                    rr, cc = r % cells, c % cells
+                    dx, dy = c + seeds[rr, cc, 0] - x, r + seeds[rr, cc, 1] - y
+                    distance = np.sqrt(dx * dx + dy * dy)
+                    if distance < nearest:
+                        nearest, second = distance, nearest
+                        owner[row, column] = rr * cells + cc
+                    elif distance < second:
+                        second = distance
+            to_gap[row, column] = second - nearest
