@@ -41,11 +41,11 @@ def results_table(summaries: list[Summary], title: str) -> Table:
         caption=_caption(summaries),
         caption_justify="left",
         box=box.SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
+        padding=0,
     )
     table.add_column("estimator", no_wrap=True)
     for column in _COLUMNS:
-        table.add_column(column.heading, justify="right", no_wrap=True)
+        table.add_column(column.heading, justify="right", no_wrap=True, min_width=5)
     for name in dict.fromkeys(s["estimator"] for s in summaries):
         runs = [s for s in summaries if s["estimator"] == name]
         table.add_row(name, *(_cell(runs, column) for column in _COLUMNS))

@@ -1,0 +1,109 @@
+"""The folder of results survives a crash at any time, resumes, and never mixes settings."""
+
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from evo.tools import file_interface
+
+from grouser.estimators.evaluation.comparison import Run, compare_open_loop
+from grouser.estimators.evaluation.results import ResultsFolder
+from grouser.estimators.evaluation.summary import summarise
+from grouser.geometry import project
+
+Make = Callable[..., Any]
+SETTINGS = {"world": "yard", "steps": 10, "rig": {"a": (1, 2)}}
+
+
+@pytest.fixture
+def run(robot: Make, witness: Make) -> Run:
+    drive = np.array([0.4, 0.6])
+    (done,) = compare_open_loop(robot(), {"w": witness()}, lambda _: drive, seed=2, steps=10)
+    return done
+
+
+def keep(folder: ResultsFolder, run: Run) -> None:
+    folder.add(run, summarise(run, "world:yard"))
+
+
+def test_a_run_is_kept(tmp_path: Path, run: Run) -> None:
+    folder = ResultsFolder(tmp_path / "new", SETTINGS)
+    assert not folder.has("w", 2)
+    keep(folder, run)
+    assert folder.has("w", 2) and not folder.has("w", 1) and not folder.has("v", 2)
+    (kept,) = json.loads((tmp_path / "new/results.json").read_text())
+    assert kept == summarise(run, "world:yard")
+    (trajectories,) = folder.trajectories()
+    assert run.true_poses is not None and trajectories.truth is not None
+    assert trajectories.estimate.covariances is not None
+    estimates = np.array([e.pose for e in run.estimates])
+    P = np.array([e.covariance for e in run.estimates])
+    np.testing.assert_allclose(project(trajectories.estimate.poses), estimates, atol=1e-9)
+    np.testing.assert_allclose(trajectories.estimate.covariances, P, atol=1e-12)
+    np.testing.assert_allclose(project(trajectories.truth.poses), run.true_poses, atol=1e-9)
+
+
+def test_evo_reads_the_trajectories(tmp_path: Path, run: Run) -> None:
+    keep(ResultsFolder(tmp_path, SETTINGS), run)
+    for name in ("w_seed2.tum", "truth/w_seed2.tum"):
+        path = tmp_path / "trajectories" / name
+        assert file_interface.read_tum_trajectory_file(str(path)).num_poses == 11
+
+
+def test_results_are_resumed(tmp_path: Path, run: Run) -> None:
+    keep(ResultsFolder(tmp_path, SETTINGS), run)
+    folder = ResultsFolder(tmp_path, SETTINGS, resume=True)
+    assert folder.has("w", 2)
+    assert len(folder.trajectories()) == 1
+
+
+def test_resuming_nothing_begins(tmp_path: Path) -> None:
+    assert ResultsFolder(tmp_path / "new", SETTINGS, resume=True).summaries == []
+    assert not (tmp_path / "new").exists(), "nothing is written before there is something to keep"
+
+
+def test_results_are_not_overwritten(tmp_path: Path, run: Run) -> None:
+    keep(ResultsFolder(tmp_path, SETTINGS), run)
+    with pytest.raises(ValueError, match=r"already holds results; give --resume .* another --out"):
+        ResultsFolder(tmp_path, SETTINGS)
+
+
+def test_settings_are_not_mixed(tmp_path: Path, run: Run) -> None:
+    keep(ResultsFolder(tmp_path, SETTINGS), run)
+    with pytest.raises(ValueError, match=r"other settings: steps 10 \(now 20\); .* another --out"):
+        ResultsFolder(tmp_path, {**SETTINGS, "steps": 20}, resume=True)
+
+
+def test_a_damaged_file_is_named(tmp_path: Path, run: Run) -> None:
+    keep(ResultsFolder(tmp_path, SETTINGS), run)
+    (tmp_path / "settings.json").write_text("{")
+    with pytest.raises(ValueError, match=r"settings.json cannot be resumed from"):
+        ResultsFolder(tmp_path, SETTINGS, resume=True)
+
+
+def test_a_crash_while_writing_loses_nothing_that_was_there(
+    tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = ResultsFolder(tmp_path, SETTINGS)
+    keep(folder, run)
+    before = (tmp_path / "results.json").read_bytes()
+
+    def crash(source: Any, target: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "replace", crash)
+    with pytest.raises(KeyboardInterrupt):
+        keep(folder, run)
+    assert (tmp_path / "results.json").read_bytes() == before
+
+
+def test_not_a_number_is_never_written(tmp_path: Path, run: Run) -> None:
+    """JSON has no NaN; a reader would choke on it long after."""
+    folder = ResultsFolder(tmp_path, SETTINGS)
+    with pytest.raises(ValueError, match="JSON"):
+        folder.add(run, {**summarise(run, "x"), "ate_m": float("nan")})
+    assert not (tmp_path / "results.json").exists()
