@@ -83,7 +83,7 @@ def longitudinal_slip(motion: Motion, gauge: float) -> Array:
     u = motion.track_speed
     v = motion.twist[0] + np.array([-0.5, 0.5]) * gauge * motion.twist[2]
     faster = np.maximum(np.abs(u), np.abs(v))
-    direction = np.where(u == 0, -np.sign(v), np.sign(u))
+    direction = np.where(u == 0, np.sign(v), np.sign(u))
     moving = faster > STANDING_SPEED
     return np.where(moving, (u - v) * direction / np.where(moving, faster, 1.0), 0.0)
 

@@ -15,6 +15,7 @@ class RayCaster:
 
     def __init__(self, boxes: Boxes) -> None:
         self._centre, self._half = boxes.centre, boxes.half_extents
+        self._radius = boxes.footprint_radius
         self._turn = np.column_stack([np.cos(boxes.yaw), np.sin(boxes.yaw)])
 
     def cast(self, origin: Array, directions: Array, reach: float) -> NDArray[np.float64]:
@@ -23,13 +24,20 @@ class RayCaster:
         What encloses the origin is not hit.
         """
         out = np.empty(len(directions))
-        _cast(origin, directions, reach, self._centre, self._half, self._turn, out)
+        _cast(origin, directions, reach, self._centre, self._half, self._radius, self._turn, out)
         return out
 
 
 @kernel
 def _cast(
-    origin: Any, directions: Any, reach: float, centre: Any, half: Any, turn: Any, out: Any
+    origin: Any,
+    directions: Any,
+    reach: float,
+    centre: Any,
+    half: Any,
+    radius: Any,
+    turn: Any,
+    out: Any,
 ) -> None:
     n = centre.shape[0]
     start = np.empty((n, 3))
@@ -44,6 +52,10 @@ def _cast(
         if dz < 0 and origin[2] > 0:
             nearest = min(nearest, -origin[2] / dz)
         for k in range(n):
+            # Most boxes lie aside of the ray or behind it, seen from above: no slab test for them.
+            to_x, to_y = centre[k, 0] - origin[0], centre[k, 1] - origin[1]
+            if abs(dx * to_y - dy * to_x) > radius[k] or dx * to_x + dy * to_y < -radius[k]:
+                continue
             along_x = turn[k, 0] * dx + turn[k, 1] * dy
             along_y = turn[k, 0] * dy - turn[k, 1] * dx
             enter, leave = _slab(start[k, 0], along_x, half[k, 0], -np.inf, np.inf)

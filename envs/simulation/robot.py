@@ -58,12 +58,12 @@ class BulletWorld:
 
     def __init__(self, model: RobotModel) -> None:
         self._model = model
-        self._client = pybullet.connect(pybullet.DIRECT)
+        self.client = pybullet.connect(pybullet.DIRECT)
         self.body = -1
 
     def load(self, world: World) -> None:
         """Forget everything and put the world's solids and the robot's body into it."""
-        c = self._client
+        c = self.client
         pybullet.resetSimulation(physicsClientId=c)
         pybullet.setGravity(0, 0, -GRAVITY, physicsClientId=c)
         pybullet.setPhysicsEngineParameter(
@@ -78,12 +78,12 @@ class BulletWorld:
         height = self._model.com_height
         pybullet.resetBasePositionAndOrientation(
             self.body, [x, y, height], [0, 0, math.sin(heading / 2), math.cos(heading / 2)],
-            physicsClientId=self._client,
+            physicsClientId=self.client,
         )  # fmt: skip
 
     def read(self, state: Array) -> None:
         """Write the body's state into state (13,), laid out as `track_wrench` says."""
-        c = self._client
+        c = self.client
         state[0:3], state[3:7] = pybullet.getBasePositionAndOrientation(
             self.body, physicsClientId=c
         )
@@ -91,7 +91,7 @@ class BulletWorld:
 
     def step(self, wrench: Array, position: Array) -> int:
         """One physics step under a wrench (6,) at the centre of mass; the contact points after."""
-        c, world = self._client, pybullet.WORLD_FRAME
+        c, world = self.client, pybullet.WORLD_FRAME
         pybullet.applyExternalForce(self.body, -1, wrench[:3], position, world, physicsClientId=c)
         pybullet.applyExternalTorque(self.body, -1, wrench[3:], world, physicsClientId=c)
         pybullet.stepSimulation(physicsClientId=c)
@@ -99,12 +99,12 @@ class BulletWorld:
 
     def close(self) -> None:
         """Free the client; a second call does nothing."""
-        if self._client >= 0:
-            pybullet.disconnect(physicsClientId=self._client)
-            self._client = -1
+        if self.client >= 0:
+            pybullet.disconnect(physicsClientId=self.client)
+            self.client = -1
 
     def _add_boxes(self, boxes: Boxes) -> None:
-        c = self._client
+        c = self.client
         for centre, half, yaw in zip(boxes.centre, boxes.half_extents, boxes.yaw, strict=True):
             shape = pybullet.createCollisionShape(
                 pybullet.GEOM_BOX, halfExtents=half.tolist(), physicsClientId=c
@@ -113,7 +113,7 @@ class BulletWorld:
             pybullet.createMultiBody(0, shape, -1, centre.tolist(), turned, physicsClientId=c)
 
     def _add_body(self) -> int:
-        c, model = self._client, self._model
+        c, model = self.client, self._model
         centre, half = model.hull
         shape = pybullet.createCollisionShape(
             pybullet.GEOM_BOX, halfExtents=half.tolist(),

@@ -11,7 +11,7 @@ from grouser.envs.simulation.worlds import World
 from grouser.geometry import transform
 from grouser.rig import Imu, Lidar, Rig, StereoCamera, TrackGeometry, camera_mount
 
-EFFECTIVE_WIDTH = 0.575
+EFFECTIVE_WIDTH = 0.588
 """Of the robot on the yard's gravel, m: `measure_effective_width`, rounded."""
 
 _BASELINE = 0.12

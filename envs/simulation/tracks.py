@@ -1,10 +1,16 @@
-"""The forces of two tracks on flat ground: brush model with Janosi and Hanamoto's shear law.
+"""The forces of two tracks on flat ground: a brush model with Janosi and Hanamoto's shear law.
 
-Each track touches the ground in patches. A patch carries a shear displacement j, which grows with
-the slip velocity and is carried rearwards with the track's shoes, so that fresh shoes enter the
-ground at the front with none. The ground resists with mu N (1 - exp(-|j| / K)) against j (Janosi
-and Hanamoto 1961; Wong, Theory of Ground Vehicles, ch. 2) and carries N by spring and damper. That
-a tracked robot turns less than its tracks say is a result of this, not an input.
+Each track touches the ground in patches. The soil under a patch is sheared elastically by z, which
+grows with the slip velocity s and is carried rearwards with the track's shoes, so that fresh shoes
+enter the ground at the front with none:
+
+    dz/dt = s - |s| z / K,        tangential force = -mu N z / K
+
+Sheared one way by x from rest, this gives mu N (1 - exp(-x / K)), the law of Janosi and Hanamoto
+(1961; Wong, Theory of Ground Vehicles, ch. 2); sheared back, it loses the energy that soil loses
+(Dahl 1968), where the law read as a function of x would give it all back and leave the robot
+swinging. N is carried by a spring and a damper. That a tracked robot turns less than its tracks say
+is a result of this, not an input.
 """
 
 import math
@@ -19,11 +25,8 @@ from grouser.geometry import Array
 GRAVITY: Final = 9.81
 """m/s^2"""
 
-_BRISTLE_DAMPING: Final = 0.07
+_SHEAR_DAMPING: Final = 0.3
 """Damping ratio of the elastic part of the shear, which dies out as the patch breaks away."""
-_SATURATION: Final = 4.0
-"""|j| is held below this many K, where the ground gives 98 % of what it can: a patch that has slid
-for long forgets how far."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +42,7 @@ class TrackModel:
     friction: float = 0.8
     """mu, between track and ground."""
     shear_modulus: float = 0.003
-    """K, the shear displacement at which 63 % of the friction acts, m."""
+    """K, the shear from rest after which 63 % of the friction acts, m."""
     sinkage: float = 0.004
     """How far the ground gives under the robot's weight at rest, m."""
     damping_ratio: float = 0.5
@@ -82,7 +85,7 @@ def track_wrench(
     shear: Any,
     wrench: Any,
 ) -> None:
-    """Force and torque of the ground on the robot; carries the shear displacements on by dt.
+    """Force and torque of the ground on the robot; carries the shear on by dt.
 
     Args:
         state: (13,) centre of mass [m], quaternion x y z w, velocity [m/s], angular rate [rad/s],
@@ -90,7 +93,7 @@ def track_wrench(
         track_speed: (2,) left and right, m/s, positive forwards.
         patch_x, patch_z: (n,) of one track's patches from the centre of mass, m.
         spacing: between neighbouring patches, m.
-        shear: in and out, (2, n, 2) displacement of each patch along and across its track, m.
+        shear: in and out, (2, n, 2) elastic shear under each patch, along and across its track, m.
         wrench: out, (6,) force [N] and torque about the centre of mass [N m], world frame.
     """
     wrench[:] = 0.0
@@ -104,14 +107,14 @@ def track_wrench(
             # neighbour is still that of the last step.
             k = step if u >= 0 else n - 1 - step
             upstream = k + 1 if u >= 0 else k - 1
-            j0, j1 = 0.0, 0.0
+            z0, z1 = 0.0, 0.0
             if 0 <= upstream < n:
-                j0, j1 = shear[side, upstream, 0], shear[side, upstream, 1]
-            j0 = shear[side, k, 0] + carried * (j0 - shear[side, k, 0])
-            j1 = shear[side, k, 1] + carried * (j1 - shear[side, k, 1])
+                z0, z1 = shear[side, upstream, 0], shear[side, upstream, 1]
+            z0 = shear[side, k, 0] + carried * (z0 - shear[side, k, 0])
+            z1 = shear[side, k, 1] + carried * (z1 - shear[side, k, 1])
             shear[side, k, 0], shear[side, k, 1] = _patch(
                 state, patch_x[k], y, patch_z[k], u, friction, shear_modulus, spring, damper, dt,
-                j0, j1, wrench,
+                z0, z1, wrench,
             )  # fmt: skip
 
 
@@ -127,11 +130,11 @@ def _patch(
     spring: float,
     damper: float,
     dt: float,
-    j0: float,
-    j1: float,
+    z0: float,
+    z1: float,
     wrench: Any,
 ) -> Any:
-    """Add one patch's force to the wrench; its new shear displacement."""
+    """Add one patch's force to the wrench; the new shear under it."""
     rx, ry, rz = _rotate(state, x, y, z)
     gap = state[2] + rz
     vx = state[7] + state[11] * rz - state[12] * ry
@@ -144,15 +147,15 @@ def _patch(
     length = math.sqrt(fx * fx + fy * fy)
     fx, fy = fx / length, fy / length
     slip0, slip1 = vx * fx + vy * fy - u, -vx * fy + vy * fx
-    j0, j1 = j0 + dt * slip0, j1 + dt * slip1
-    j = math.sqrt(j0 * j0 + j1 * j1)
-    if j > _SATURATION * shear_modulus:
-        j0, j1 = j0 * _SATURATION * shear_modulus / j, j1 * _SATURATION * shear_modulus / j
-        j = _SATURATION * shear_modulus
-    holding = math.exp(-j / shear_modulus)
-    pull = friction * normal * ((1 - holding) / j if j > 1e-12 else 1 / shear_modulus)
-    drag = 2 * _BRISTLE_DAMPING * normal * math.sqrt(friction / (shear_modulus * GRAVITY)) * holding
-    along, across = -pull * j0 - drag * slip0, -pull * j1 - drag * slip1
+    # The law's exact solution for a slip that is constant over dt.
+    sheared = dt * math.sqrt(slip0 * slip0 + slip1 * slip1) / shear_modulus
+    kept = math.exp(-sheared)
+    gained = dt * ((1 - kept) / sheared if sheared > 1e-9 else 1.0)
+    z0, z1 = kept * z0 + gained * slip0, kept * z1 + gained * slip1
+    holding = max(0.0, 1 - math.sqrt(z0 * z0 + z1 * z1) / shear_modulus)
+    pull = friction * normal / shear_modulus
+    drag = 2 * _SHEAR_DAMPING * normal * math.sqrt(friction / (shear_modulus * GRAVITY)) * holding
+    along, across = -pull * z0 - drag * slip0, -pull * z1 - drag * slip1
     most, tangential = friction * normal, math.sqrt(along * along + across * across)
     if tangential > most:
         along, across = along * most / tangential, across * most / tangential
@@ -163,7 +166,7 @@ def _patch(
     wrench[3] += ry * normal - rz * force_y
     wrench[4] += rz * force_x - rx * normal
     wrench[5] += rx * force_y - ry * force_x
-    return j0, j1
+    return z0, z1
 
 
 @kernel

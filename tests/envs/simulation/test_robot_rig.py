@@ -1,0 +1,59 @@
+"""The rig says what the simulated robot measures."""
+
+import numpy as np
+import pytest
+
+from grouser.envs.simulation.robot import PHYSICS_DT, RobotModel, TrackedRobot
+from grouser.envs.simulation.robot_rig import EFFECTIVE_WIDTH, measure_effective_width, robot_rig
+from grouser.envs.simulation.worlds import make_world
+from grouser.rig import Rig
+
+
+@pytest.fixture(scope="module")
+def rig() -> Rig:
+    return robot_rig(
+        RobotModel(),
+        dt=0.1,
+        image_size=(320, 240),
+        lidar_noise=0.01,
+        lidar_bearing_noise=0.001,
+        acceleration_noise=0.05,
+        rate_noise=0.002,
+    )
+
+
+def test_the_effective_width_is_the_one_that_the_robot_shows() -> None:
+    world = make_world("yard", np.random.default_rng(0))
+    for speed in (0.1, 0.25, 0.5):
+        measured = measure_effective_width(RobotModel(), world, speed=speed)
+        assert measured == pytest.approx(EFFECTIVE_WIDTH, rel=0.01)
+
+
+def test_the_effective_width_holds_in_curves_too() -> None:
+    """Within 4 %: the estimators' models of the tracks rely on it."""
+    robot = TrackedRobot(RobotModel(), dt=0.1)
+    for command in ((0.5, 0.4), (0.5, 0.2), (0.4, 0.0), (0.3, -0.1)):
+        robot.enter(make_world("yard", np.random.default_rng(0)))
+        motion = [robot.step(np.array(command)) for _ in range(25)][-1]
+        width = np.diff(motion.track_speed)[0] / motion.twist[2]
+        assert width == pytest.approx(EFFECTIVE_WIDTH, rel=0.04)
+    robot.close()
+
+
+def test_the_stereo_pair_straddles_the_centre_line(rig: Rig) -> None:
+    assert rig.stereo is not None
+    left = rig.stereo.T_base_camera[:3, 3]
+    right = left + rig.stereo.baseline * rig.stereo.T_base_camera[:3, 0]
+    np.testing.assert_allclose((left + right) / 2, [0.20, 0.0, 0.40], atol=1e-12)
+    assert rig.stereo.T_base_camera[2, 2] == pytest.approx(-np.sin(np.radians(10)))  # looks down
+
+
+def test_the_lidar_looks_all_round(rig: Rig) -> None:
+    assert rig.lidar is not None
+    assert rig.lidar.bearings[0] == pytest.approx(-np.pi)
+    assert rig.lidar.bearings[-1] == pytest.approx(np.pi - rig.lidar.angle_increment)
+    assert rig.lidar.T_base_lidar[2, 3] > RobotModel().hull_top  # and does not see the robot
+
+
+def test_a_control_step_is_24_physics_steps(rig: Rig) -> None:
+    assert rig.dt / PHYSICS_DT == pytest.approx(24)

@@ -1,0 +1,67 @@
+"""Textures tile, are rich in corners, and their mip-maps keep the mean."""
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from grouser.envs.simulation.textures import TextureBank, texture_bank
+from grouser.envs.simulation.worlds import TEXTURES
+
+TEXTURE_INDICES = range(len(TEXTURES))
+
+
+def level(bank: TextureBank, texture: int, k: int) -> NDArray[np.uint8]:
+    n, start = int(bank.sizes[texture]) >> k, int(bank.offsets[texture, k])
+    return bank.texels[start : start + n * n * bank.channels].reshape(n, n, bank.channels)
+
+
+@pytest.mark.parametrize("color", [False, True])
+def test_every_texture_is_a_power_of_two_with_all_levels(color: bool) -> None:
+    bank = texture_bank(color)
+    assert len(bank.sizes) == len(TEXTURES)
+    assert np.all(bank.sizes & (bank.sizes - 1) == 0)
+    total = sum(level(bank, t, k).size for t in TEXTURE_INDICES for k in range(size_log(bank, t)))
+    assert total == bank.texels.size
+    assert bank.channels == (3 if color else 1)
+
+
+def size_log(bank: TextureBank, texture: int) -> int:
+    return int(bank.sizes[texture]).bit_length()
+
+
+@pytest.mark.parametrize("texture", TEXTURE_INDICES)
+def test_mip_maps_keep_the_mean(texture: int) -> None:
+    bank = texture_bank(False)
+    finest = level(bank, texture, 0)
+    coarsest = level(bank, texture, size_log(bank, texture) - 1)
+    assert coarsest.shape == (1, 1, 1)
+    assert float(coarsest[0, 0, 0]) == pytest.approx(finest.mean(), abs=1.0)
+
+
+@pytest.mark.parametrize("texture", TEXTURE_INDICES)
+def test_a_tile_continues_in_the_next(texture: int) -> None:
+    image = level(texture_bank(False), texture, 0)[..., 0].astype(np.float64)
+    for axis in (0, 1):
+        steps = np.abs(np.diff(image, axis=axis)).mean()
+        seam = np.abs(np.take(image, 0, axis) - np.take(image, -1, axis)).mean()
+        # At a mortar joint the seam is an edge, as all joints are.
+        joints = np.abs(np.diff(image, axis=axis)).mean(axis=1 - axis).max()
+        assert seam <= max(2 * steps, 1.2 * joints)
+
+
+@pytest.mark.parametrize("texture", TEXTURE_INDICES)
+def test_textures_are_rich_in_corners(texture: int) -> None:
+    image = np.ascontiguousarray(level(texture_bank(False), texture, 1)[..., 0])
+    corners = cv2.FastFeatureDetector.create(20).detect(image)
+    assert len(corners) > 5e-3 * image.size
+
+
+def test_grey_is_the_luma_of_the_colours() -> None:
+    grey = level(texture_bank(False), 1, 0)[..., 0].astype(np.float64)
+    rgb = level(texture_bank(True), 1, 0).astype(np.float64)
+    assert np.abs(rgb @ [0.299, 0.587, 0.114] - grey).max() < 1.6  # two roundings
+
+
+def test_the_bank_is_built_once() -> None:
+    assert texture_bank(False) is texture_bank(False)
