@@ -35,101 +35,174 @@ def _inside(image: Image, x: float, y: float, margin: float) -> bool:
 
 @njit(**COMPILED)
 def align_rows(left: Image, right: Image, points: Array, limit: float) -> Array:
-    """Sub-pixel disparity of points (n, 3) u, v, d [px]; NaN where it does not settle.
+    """Sub-pixel disparity and its slopes (n, 3) of points (n, 3) u, v, d [px].
 
-    A result that leaves its start by more than `limit` [px] has lost its corner.
+    The patch is taken for a piece of a plane: d(x, y) = d + slope_x x + slope_y y. On the ground
+    before a robot the disparity grows by baseline / height, about 0.3 px, from row to row; a patch
+    with one disparity would be matched where it happens to have texture.
+    NaN where it does not settle, or leaves its start by more than `limit` [px].
     """
     n, size = points.shape[0], 2 * ROW_RADIUS + 1
-    out = np.empty(n)
+    out = np.full((n, 3), np.nan)
     patch = np.empty((size, size))
+    # Values and slopes of the rows in which the patch is sought, cut out once for all iterations.
+    strip, rise = np.empty((size, 2 * _STRIP + 1)), np.empty((size, 2 * _STRIP + 1))
+    plane, step = np.empty(3), np.empty(3)
     for i in range(n):
         u, v, d = points[i]
-        out[i] = np.nan
-        if not _inside(left, u, v, ROW_RADIUS + 2.0):
+        if not _inside(left, u, v, ROW_RADIUS + 1.0):
             continue
-        mean = 0.0
+        if not _inside(right, u - d, v, ROW_RADIUS + 1.0):
+            continue
         for r in range(size):
             for c in range(size):
                 patch[r, c] = _sample(left, u + c - ROW_RADIUS, v + r - ROW_RADIUS)
-                mean += patch[r, c]
-        mean /= size * size
-        shift = 0.0
-        for _ in range(10):
-            x = u - d - shift
-            if not _inside(right, x, v, ROW_RADIUS + 2.0) or abs(shift) > limit:
+        origin = int(u - d)
+        _cut_strip(right, origin, v, strip, rise)
+        plane[:] = 0.0
+        for _ in range(12):
+            if not _row_step(strip, rise, patch, u - d - origin, plane, step):
                 break
-            sum_g = sum_gg = sum_e = sum_ge = 0.0
-            for r in range(size):
-                for c in range(size):
-                    xx, yy = x + c - ROW_RADIUS, v + r - ROW_RADIUS
-                    g = 0.5 * (_sample(right, xx + 1, yy) - _sample(right, xx - 1, yy))
-                    e = _sample(right, xx, yy) - (patch[r, c] - mean)
-                    sum_g += g
-                    sum_gg += g * g
-                    sum_e += e
-                    sum_ge += g * e
-            curvature = sum_gg - sum_g * sum_g / (size * size)
-            if curvature < 1.0:
+            plane += step
+            if abs(plane[0]) > limit:
                 break
-            # e(shift) falls by g with the shift, once its mean over the patch is taken away.
-            step = (sum_ge - sum_g * sum_e / (size * size)) / curvature
-            shift += step
-            if abs(step) < 0.005:
-                if abs(shift) <= limit:
-                    out[i] = d + shift
+            if max(abs(step[0]), ROW_RADIUS * abs(step[1]), ROW_RADIUS * abs(step[2])) < _SETTLED:
+                out[i, 0], out[i, 1], out[i, 2] = d + plane[0], plane[1], plane[2]
                 break
     return out
 
 
+_STRIP = 14  # px to either side: the patch, its slopes and the way it may go
+_SETTLED = 0.01  # px
+_SLOPE_STIFFNESS = 400.0  # (grey levels of noise / likely slope)^2: a flat patch holds no slope
+
+
+@njit(**COMPILED)
+def _cut_strip(image: Image, origin: int, y: float, strip: Array, rise: Array) -> None:
+    """Rows around y, interpolated, from origin - _STRIP on; beyond the image its edge repeats."""
+    height, width = image.shape
+    for r in range(strip.shape[0]):
+        yy = y + r - ROW_RADIUS
+        j = int(yy)
+        b = yy - j
+        for k in range(2 * _STRIP + 1):
+            x = min(max(origin + k - _STRIP, 0), width - 1)
+            strip[r, k] = (1 - b) * image[j, x] + b * image[j + 1, x]
+        rise[r, 0] = rise[r, 2 * _STRIP] = 0.0
+        for k in range(1, 2 * _STRIP):
+            rise[r, k] = 0.5 * (strip[r, k + 1] - strip[r, k - 1])
+
+
+@njit(**COMPILED)
+def _row_step(strip: Array, rise: Array, patch: Array, x: float, plane: Array, step: Array) -> bool:
+    """Gauss-Newton step of (disparity, slope_x, slope_y); False where the patch leaves the strip.
+
+    x: where the patch's middle starts from, px from the strip's origin.
+    """
+    size = patch.shape[0]
+    e0 = s0 = s1 = s2 = h00 = h01 = h02 = h11 = h12 = h22 = g0 = g1 = g2 = 0.0
+    for r in range(size):
+        dy = float(r - ROW_RADIUS)
+        for c in range(size):
+            dx = float(c - ROW_RADIUS)
+            place = x + dx - plane[0] - plane[1] * dx - plane[2] * dy + _STRIP
+            if not 1.0 <= place < 2 * _STRIP - 1:
+                return False
+            k = int(place)
+            a = place - k
+            e = (1 - a) * strip[r, k] + a * strip[r, k + 1] - patch[r, c]
+            b0 = (1 - a) * rise[r, k] + a * rise[r, k + 1]
+            b1, b2 = b0 * dx, b0 * dy
+            e0, s0, s1, s2 = e0 + e, s0 + b0, s1 + b1, s2 + b2
+            h00, h01, h02 = h00 + b0 * b0, h01 + b0 * b1, h02 + b0 * b2
+            h11, h12, h22 = h11 + b1 * b1, h12 + b1 * b2, h22 + b2 * b2
+            g0, g1, g2 = g0 + b0 * e, g1 + b1 * e, g2 + b2 * e
+    # Less the patch's means: the eyes' exposure may differ.
+    count = float(size * size)
+    stiff = _SLOPE_STIFFNESS
+    h00, h01, h02 = h00 - s0 * s0 / count, h01 - s0 * s1 / count, h02 - s0 * s2 / count
+    h11, h12 = h11 - s1 * s1 / count + stiff, h12 - s1 * s2 / count
+    h22 = h22 - s2 * s2 / count + stiff
+    g0, g1, g2 = g0 - s0 * e0 / count, g1 - s1 * e0 / count, g2 - s2 * e0 / count
+    g1, g2 = g1 - stiff * plane[1], g2 - stiff * plane[2]
+    c00, c01, c02 = h11 * h22 - h12 * h12, h02 * h12 - h01 * h22, h01 * h12 - h02 * h11
+    determinant = h00 * c00 + h01 * c01 + h02 * c02
+    if h00 < _FLAT or determinant <= 0.0:
+        return False
+    c11, c12, c22 = h00 * h22 - h02 * h02, h01 * h02 - h00 * h12, h00 * h11 - h01 * h01
+    step[0] = (c00 * g0 + c01 * g1 + c02 * g2) / determinant
+    step[1] = (c01 * g0 + c11 * g1 + c12 * g2) / determinant
+    step[2] = (c02 * g0 + c12 * g1 + c22 * g2) / determinant
+    return True
+
+
+_FLAT = 100.0  # sum of squared slopes along the row, below which nothing holds the disparity
+
+
 @njit(**COMPILED)
 def align_plane(
-    reference: Image, current: Image, points: Array, guesses: Array, scales: Array, limit: float
+    reference: Image, current: Image, points: Array, guesses: Array, warps: Array, limit: float
 ) -> Array:
     """Where points (n, >=2) u, v of `reference` lie in `current`; NaN where it does not settle.
 
-    Args: guesses (n, >=2) px; scales (n,) how much larger the patch is now (d' / d).
-    Returns: (n, 2) px, by inverse-compositional alignment of a patch resized by its scale.
+    Args: guesses (n, >=2) px; warps (n, 2, 2) how offsets in the reference patch appear now.
+    Returns: (n, 2) px, by inverse-compositional alignment of the warped patch.
     """
     n, size = points.shape[0], 2 * PLANE_RADIUS + 1
     out = np.full((n, 2), np.nan)
     patch, gx, gy = np.empty((size, size)), np.empty((size, size)), np.empty((size, size))
     for i in range(n):
-        u, v, shrink = points[i, 0], points[i, 1], 1.0 / scales[i]
-        if not _inside(reference, u, v, (PLANE_RADIUS + 1) * shrink + 1.0):
+        if not _warped_patch(reference, points[i, 0], points[i, 1], warps[i], patch, gx, gy):
             continue
-        for r in range(size):
-            for c in range(size):
-                x, y = u + (c - PLANE_RADIUS) * shrink, v + (r - PLANE_RADIUS) * shrink
-                patch[r, c] = _sample(reference, x, y)
-                gx[r, c] = 0.5 * (
-                    _sample(reference, x + shrink, y) - _sample(reference, x - shrink, y)
-                )
-                gy[r, c] = 0.5 * (
-                    _sample(reference, x, y + shrink) - _sample(reference, x, y - shrink)
-                )
-        gx -= gx.mean()
-        gy -= gy.mean()
         xx, yy, xy = (gx * gx).sum(), (gy * gy).sum(), (gx * gy).sum()
         determinant = xx * yy - xy * xy
         if determinant < 1e-3 * (xx + yy) ** 2:
             continue  # an edge: it may slide along itself
-        px, py = guesses[i, 0], guesses[i, 1]
+        x, y = guesses[i, 0], guesses[i, 1]
         for _ in range(10):
-            if not _inside(current, px, py, PLANE_RADIUS + 1.0):
-                break
-            if abs(px - guesses[i, 0]) > limit or abs(py - guesses[i, 1]) > limit:
+            lost = abs(x - guesses[i, 0]) > limit or abs(y - guesses[i, 1]) > limit
+            if lost or not _inside(current, x, y, PLANE_RADIUS + 1.0):
                 break
             sum_x = sum_y = 0.0
             for r in range(size):
                 for c in range(size):
-                    e = _sample(current, px + c - PLANE_RADIUS, py + r - PLANE_RADIUS) - patch[r, c]
+                    e = _sample(current, x + c - PLANE_RADIUS, y + r - PLANE_RADIUS) - patch[r, c]
                     sum_x += gx[r, c] * e
                     sum_y += gy[r, c] * e
             dx = (yy * sum_x - xy * sum_y) / determinant
             dy = (xx * sum_y - xy * sum_x) / determinant
-            px -= dx
-            py -= dy
-            if abs(dx) < 0.005 and abs(dy) < 0.005:
-                out[i, 0], out[i, 1] = px, py
+            x -= dx
+            y -= dy
+            if abs(dx) < _SETTLED and abs(dy) < _SETTLED:
+                out[i, 0], out[i, 1] = x, y
                 break
     return out
+
+
+@njit(**COMPILED)
+def _warped_patch(
+    image: Image, u: float, v: float, warp: Array, patch: Array, gx: Array, gy: Array
+) -> bool:
+    """The patch around u, v as it appears now, with its gradients less their means.
+
+    False where the warp is degenerate or the patch leaves the image.
+    """
+    determinant = warp[0, 0] * warp[1, 1] - warp[0, 1] * warp[1, 0]
+    if not 0.2 < determinant < 5.0:
+        return False
+    a, b = warp[1, 1] / determinant, -warp[0, 1] / determinant
+    c, d = -warp[1, 0] / determinant, warp[0, 0] / determinant
+    reach = (PLANE_RADIUS + 1) * max(abs(a) + abs(b), abs(c) + abs(d)) + 1.0
+    if not _inside(image, u, v, reach):
+        return False
+    size = patch.shape[0]
+    for row in range(size):
+        for column in range(size):
+            dx, dy = column - PLANE_RADIUS, row - PLANE_RADIUS
+            x, y = u + a * dx + b * dy, v + c * dx + d * dy
+            patch[row, column] = _sample(image, x, y)
+            gx[row, column] = 0.5 * (_sample(image, x + a, y + c) - _sample(image, x - a, y - c))
+            gy[row, column] = 0.5 * (_sample(image, x + b, y + d) - _sample(image, x - b, y - d))
+    gx -= gx.mean()
+    gy -= gy.mean()
+    return True

@@ -1,4 +1,4 @@
-"""Corners and their 256-bit binary descriptors (FAST and BRIEF), compared by Hamming distance.
+"""256-bit binary descriptors of corners (BRIEF), compared by Hamming distance.
 
 BRIEF (Calonder et al. 2010) compares 256 pairs of smoothed pixels around a corner. It is not made
 invariant to rotation: a ground robot's camera does not roll by more than it stands.
@@ -10,7 +10,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 from grouser.estimators.visual.motion import COMPILED
-from grouser.geometry import Array
 
 Image = NDArray[np.uint8]
 Descriptors = NDArray[np.uint64]
@@ -30,37 +29,9 @@ def _pattern() -> NDArray[np.int32]:
 _PATTERN = _pattern()
 
 
-def smooth(image: Image) -> Image:
-    """The image as descriptors read it: a single pixel's noise must not flip a bit."""
-    return np.asarray(cv2.GaussianBlur(image, (7, 7), 2.0), dtype=np.uint8)
-
-
-def detect(image: Image, *, threshold: int, border: int) -> NDArray[np.int32]:
-    """FAST corners (n, 2) x, y [px], ordered by row, at least `border` from the image's edge."""
-    detector = cv2.FastFeatureDetector.create(threshold=threshold, nonmaxSuppression=True)
-    corners = np.asarray(cv2.KeyPoint.convert(detector.detect(image)), dtype=np.int32)
-    corners = corners.reshape(-1, 2)
-    height, width = image.shape
-    x, y = corners[:, 0], corners[:, 1]
-    inside = (x >= border) & (x < width - border) & (y >= border) & (y < height - border)
-    return np.ascontiguousarray(corners[inside])
-
-
-@njit(**COMPILED)
-def strength(image: Image, corners: NDArray[np.int32]) -> Array:
-    """Smaller eigenvalue (n,) of the gradient's second moments over 7 x 7 px (Shi and Tomasi)."""
-    out = np.empty(corners.shape[0])
-    for i in range(corners.shape[0]):
-        xx = yy = xy = 0.0
-        for y in range(corners[i, 1] - 3, corners[i, 1] + 4):
-            for x in range(corners[i, 0] - 3, corners[i, 0] + 4):
-                gx = float(image[y, x + 1]) - float(image[y, x - 1])
-                gy = float(image[y + 1, x]) - float(image[y - 1, x])
-                xx += gx * gx
-                yy += gy * gy
-                xy += gx * gy
-        out[i] = 0.5 * (xx + yy - np.sqrt((xx - yy) ** 2 + 4 * xy * xy))
-    return out
+def smooth(image: Image, sigma: float) -> Image:
+    """The image under a Gaussian of sigma [px]."""
+    return np.asarray(cv2.GaussianBlur(image, (0, 0), sigma), dtype=np.uint8)
 
 
 def describe(smoothed: Image, corners: NDArray[np.int32]) -> Descriptors:

@@ -9,15 +9,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 from grouser.estimators.visual.alignment import align_rows
+from grouser.estimators.visual.corners import CornerDetector, strength
 from grouser.estimators.visual.descriptor import (
-    PATCH_RADIUS,
     Descriptors,
     Image,
     describe,
-    detect,
     hamming,
     smooth,
-    strength,
 )
 from grouser.estimators.visual.motion import COMPILED
 from grouser.geometry import Array
@@ -44,7 +42,7 @@ class FrontendOptions:
     """What the front end aims for."""
 
     corners: int = 900
-    """Corners an image; the FAST threshold follows to keep about so many."""
+    """Corners an image, about; the detector's thresholds follow."""
     max_hamming: int = 64
     """Bits of 256 in which matching descriptors may differ."""
     row_tolerance: int = 1
@@ -55,12 +53,14 @@ class FrontendOptions:
 
 @dataclass(frozen=True, slots=True)
 class StereoFrame:
-    """One stereo pair's features, and the images that later alignments read."""
+    """One stereo pair's features, and the images, a little smoothed, that alignments read."""
 
     left: Image
     right: Image
     points: Array
     """(n, 3) u, v, d [px]; u and v are whole pixels, d is sub-pixel, calibrated, positive."""
+    slopes: Array
+    """(n, 2) how the disparity changes along x and y [px / px]: the surface around the point"""
     descriptors: Descriptors
     """(n, 4)"""
     strength: Array
@@ -68,23 +68,27 @@ class StereoFrame:
 
 
 class StereoFrontend:
-    """Turns stereo pairs into matched features; its only state is the FAST threshold."""
+    """Turns stereo pairs into matched features; its only state is the corner detector's."""
 
     def __init__(self, options: FrontendOptions, *, disparity_offset: float = 0.0) -> None:
         self._options = options
         self._offset = disparity_offset
-        self._threshold = _START_THRESHOLD
+        self._detector = CornerDetector(options.corners)
+        self._settled = False
 
     def reset(self) -> None:
-        """Forget the threshold that earlier images led to."""
-        self._threshold = _START_THRESHOLD
+        """Forget what earlier images led to."""
+        self._detector.reset()
+        self._settled = False
 
     def extract(self, left: Image, right: Image) -> StereoFrame:
-        """Features of a rectified pair (H, W) uint8; the frame keeps the two arrays."""
+        """Features of a rectified pair (H, W) uint8."""
         options = self._options
-        corners, descriptors = self._corners(left)
-        right_corners, right_descriptors = self._corners(right)
-        self._adapt(len(corners))
+        corners = self._detect(left)
+        right_corners = self._detector.detect(right)
+        descriptors = describe(smooth(left, _DESCRIPTOR_BLUR), corners)
+        right_descriptors = describe(smooth(right, _DESCRIPTOR_BLUR), right_corners)
+        left, right = smooth(left, _ALIGNMENT_BLUR), smooth(right, _ALIGNMENT_BLUR)
         partner = match_rows(
             corners,
             descriptors,
@@ -99,26 +103,30 @@ class StereoFrontend:
         points = np.empty((len(kept), 3))
         points[:, :2] = corners[kept]
         points[:, 2] = corners[kept, 0] - right_corners[partner[kept], 0]
-        points[:, 2] = align_rows(left, right, points, 1.5) - self._offset
+        aligned = align_rows(left, right, points, 1.5)
+        points[:, 2] = aligned[:, 0] - self._offset
         good = np.nan_to_num(points[:, 2]) > _MIN_DISPARITY
-        kept, points = kept[good], points[good]
-        return StereoFrame(left, right, points, descriptors[kept], strength(left, corners[kept]))
+        kept, points, slopes = kept[good], points[good], aligned[good, 1:]
+        clear = strength(left, corners[kept])
+        return StereoFrame(left, right, points, slopes, descriptors[kept], clear)
 
-    def _corners(self, image: Image) -> tuple[NDArray[np.int32], Descriptors]:
-        corners = detect(image, threshold=self._threshold, border=PATCH_RADIUS)
-        return corners, describe(smooth(image), corners)
+    def _detect(self, image: Image) -> NDArray[np.int32]:
+        """Corners of the left image; thresholds follow it, and settle on the first."""
+        corners = self._detector.detect(image)
+        settled = self._detector.adapt(corners, image.shape)
+        for _ in range(0 if self._settled or settled else _ROUNDS):
+            corners = self._detector.detect(image)
+            if self._detector.adapt(corners, image.shape):
+                break
+        self._settled = True
+        return corners
 
-    def _adapt(self, found: int) -> None:
-        """Move the threshold towards the wanted number of corners, a little every frame."""
-        wanted = self._options.corners
-        if found > 1.2 * wanted:
-            self._threshold = min(_THRESHOLDS[1], self._threshold + max(1, self._threshold // 8))
-        elif found < 0.8 * wanted:
-            self._threshold = max(_THRESHOLDS[0], self._threshold - max(1, self._threshold // 8))
 
-
-_START_THRESHOLD = 20
-_THRESHOLDS = (7, 80)
+_ROUNDS = 8
+# px. Interpolation misreads sharper images, and alignment then overshoots half-way between pixels;
+# a descriptor's comparisons must not hang on a single pixel's noise.
+_ALIGNMENT_BLUR = 1.0
+_DESCRIPTOR_BLUR = 2.0
 _MIN_DISPARITY = 0.5  # px: farther points say nothing of the translation that pixels could hold
 
 

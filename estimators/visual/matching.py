@@ -32,6 +32,18 @@ class MatchingOptions:
 
 
 @dataclass(frozen=True, slots=True)
+class Prediction:
+    """Where the reference frame's points are expected (`motion.predict_points`)."""
+
+    points: Array
+    """(n, 3) u, v, d [px]; NaN behind the camera"""
+    covariance: Array
+    """(n, 3, 3)"""
+    by_point: Array
+    """(n, 3, 3) derivative by the reference point"""
+
+
+@dataclass(frozen=True, slots=True)
 class Matches:
     """The same points in the reference frame and in the current one, aligned to sub-pixels."""
 
@@ -46,21 +58,17 @@ class Matches:
 def match_frames(
     reference: StereoFrame,
     current: StereoFrame,
-    predicted: Array,
-    covariance: Array,
+    prediction: Prediction,
     options: MatchingOptions,
     *,
     disparity_offset: float,
 ) -> Matches:
-    """Features of the reference frame found again around their predictions.
-
-    Args: predicted (n, 3) and covariance (n, 3, 3) from `motion.predict_points`.
-    """
+    """Features of the reference frame found again around their predictions."""
     height, width = current.left.shape
     scale = width / 320
     partner, distance = _search(
-        predicted,
-        covariance,
+        prediction.points,
+        prediction.covariance,
         reference.descriptors,
         current.points,
         current.descriptors,
@@ -75,27 +83,25 @@ def match_frames(
     score = now[:, 2] * np.sqrt(reference.strength[found] / reference.strength.max(initial=1.0))
     chosen = _spread(now, score, options, width, height)
     found, now = found[chosen], now[chosen]
-    return _aligned(reference, current, found, now, len(partner[partner >= 0]), disparity_offset)
-
-
-def _aligned(
-    reference: StereoFrame,
-    current: StereoFrame,
-    found: NDArray[np.int64],
-    now: Array,
-    candidates: int,
-    disparity_offset: float,
-) -> Matches:
-    before = reference.points[found]
+    warps = surface_warp(prediction.by_point[found], reference.slopes[found])
     place = align_plane(
-        reference.left, current.left, before, now, now[:, 2] / before[:, 2], _ALIGNMENT_LIMIT
+        reference.left, current.left, reference.points[found], now, warps, _ALIGNMENT_LIMIT
     )
     settled = np.flatnonzero(np.isfinite(place[:, 0]))
     raw = np.column_stack([place[settled], now[settled, 2] + disparity_offset])
-    disparity = align_rows(current.left, current.right, raw, 1.5) - disparity_offset
+    disparity = align_rows(current.left, current.right, raw, 1.5)[:, 0] - disparity_offset
     good = np.nan_to_num(disparity) > 0
     aligned = np.column_stack([place[settled][good], disparity[good]])
-    return Matches(before[settled][good], aligned, candidates)
+    return Matches(reference.points[found[settled[good]]], aligned, int((partner >= 0).sum()))
+
+
+def surface_warp(by_point: Array, slopes: Array) -> Array:
+    """(n, 2, 2) how offsets from a point in the reference image appear in the current one.
+
+    Along the surface the disparity changes with the slopes (n, 2): d(u', v') / d(u, v) is the
+    derivative by the pixel plus that by the disparity times the slope.
+    """
+    return np.asarray(by_point[:, :2, :2] + by_point[:, :2, 2:] * slopes[:, None, :])
 
 
 _ALIGNMENT_LIMIT = 2.5  # px from the corner that the descriptor found

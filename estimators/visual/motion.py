@@ -162,18 +162,21 @@ def predict_points(
     T_base_camera: Array,
     camera: Array,
     noise: Array,
-) -> tuple[Array, Array]:
+) -> tuple[Array, Array, Array]:
     """Where reference points are expected now, and how surely (SPEC 1.5, step 2).
 
-    Args: points (n, 3), motion (6,), motion_covariance (6, 6), noise (6,) the variances of
-    u, v, d in the reference and in the current frame [px^2].
-    Returns: predicted (n, 3), its covariance (n, 3, 3); NaN behind the camera.
+    Args: points (n, 3), motion (6,), motion_covariance (6, 6), noise (6,) the variances
+    of u, v, d in the reference and in the current frame [px^2].
+    Returns: predicted (n, 3), its covariance (n, 3, 3), its derivative (n, 3, 3) by the reference
+    point; NaN behind the camera.
     """
     A, b, dA, db = camera_motion(motion, T_base_camera)
     n = points.shape[0]
     predicted, covariance = np.empty((n, 3)), np.empty((n, 3, 3))
-    Jw, Jm, JC = np.empty((3, 3)), np.empty((3, 6)), np.empty((3, 6))
+    by_point = np.full((n, 3, 3), np.nan)
+    Jm, JC = np.empty((3, 6)), np.empty((3, 6))
     for i in range(n):
+        Jw = by_point[i]
         if not measure(points[i], A, b, dA, db, camera, predicted[i], Jw, Jm):
             predicted[i] = np.nan
             covariance[i] = np.nan
@@ -192,4 +195,4 @@ def predict_points(
                 for k in range(6):
                     total += JC[r, k] * Jm[c, k]
                 covariance[i, r, c] = total
-    return predicted, covariance
+    return predicted, covariance, by_point

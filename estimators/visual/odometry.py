@@ -89,15 +89,13 @@ class VisualOdometry(PoseEstimator):
         self._frontend = StereoFrontend(
             FrontendOptions(corners=corners), disparity_offset=rig.stereo.disparity_offset
         )
-        place, disparity = place_noise_px**2, disparity_noise_px**2
-        # The keyframe's corner is where its patch was cut: it has no error of place.
-        noise = np.array([1e-6, 1e-6, disparity, place, place, disparity])
+        place, disparity = place_noise_px, disparity_noise_px
         self._sight = KeyframeSight(
             rig.stereo,
             SOLVERS[solver](rig.stereo),
             prior=ChassisPrior(tilt_floor=roll_pitch_prior, side_per_chord=side_slip_prior),
             matching=MatchingOptions(max_points=max_points),
-            noise=noise,
+            noise=np.array([_CUT, _CUT, disparity, place, place, disparity]) ** 2,
         )
         self._max_points = max_points
         self._track_noise = TrackNoise(scale=track_noise)
@@ -226,4 +224,5 @@ class VisualOdometry(PoseEstimator):
 
 _FASTEST = np.array([15.0, 1.0, 1.0])  # m/s, m/s, rad/s: one sigma of an unknown velocity
 _PATIENCE = 3
+_CUT = 1e-3  # px: the keyframe's point is where its patch was cut, by definition
 _FEW_INLIERS = 0.42

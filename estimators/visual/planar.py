@@ -126,9 +126,10 @@ class PlanarSolver:
     ) -> Array:
         """Variance (n,) of a function with these derivatives, from pixels and from the chassis."""
         q_, d_ = points.q_, points.d_
-        scale = np.array([1.0, self._scale[1] ** 2])
-        variance = (by_q @ self._level[:, :2]) ** 2 @ (scale * noise[:2]) + by_d**2 * noise[2]
-        variance += (by_q_ @ self._level[:, :2]) ** 2 @ (scale * noise[3:5]) + by_d_**2 * noise[5]
+        by_pixel = np.column_stack([(by_q @ self._level[:, :2]) * self._scale, by_d])
+        by_pixel_ = np.column_stack([(by_q_ @ self._level[:, :2]) * self._scale, by_d_])
+        variance = by_pixel**2 @ noise[:3]
+        variance += by_pixel_**2 @ noise[3:]
         by_pitch = by_q_[:, 1] * q_[:, 2] - by_q_[:, 2] * q_[:, 1]
         by_roll = by_q_[:, 1] * q_[:, 0] - by_q_[:, 0] * q_[:, 1]
         by_height = by_q_[:, 1] * d_ / self._baseline

@@ -16,7 +16,7 @@ from grouser.geometry import Array
 
 GATE = 11.34
 """chi-square of 3 degrees of freedom at 99 %: the inlier limit of a point's (u, v, d) error."""
-CAUCHY = 9.0
+CAUCHY = 3.0
 """Squared error at which a point's weight has halved."""
 
 
@@ -40,7 +40,7 @@ def refine(
     current: Array,
     *,
     start: Array,
-    prior_mean: Array,
+    supporters: NDArray[np.bool_],
     prior_sigma: Array,
     noise: Array,
     T_base_camera: Array,
@@ -52,24 +52,25 @@ def refine(
     Args:
         reference, current: (n, 3) u, v, d [px] of the same points in the two frames.
         start: (6,) first guess, good to a few pixels.
-        prior_mean, prior_sigma: (6,) priors of the motion; finite, if wide.
+        supporters: (n,) points believed to be right; their errors tell how noisy pixels are.
+        prior_sigma: (6,) of the motion about zero; finite, if wide.
         noise: (6,) variances of u, v, d in the reference and in the current frame [px^2].
         T_base_camera: (4, 4) mount; camera: (5,) from `intrinsics`.
     """
-    motion, covariance, errors, steps = _gauss_newton(
+    motion, covariance, errors, scale, steps = _gauss_newton(
         np.ascontiguousarray(reference),
         np.ascontiguousarray(current),
         start,
-        prior_mean,
+        np.flatnonzero(supporters),
         1.0 / prior_sigma**2,
         noise,
         T_base_camera,
         camera,
         iterations,
     )
-    inliers = errors < GATE
+    inliers = errors < GATE * scale
     kept = errors[inliers]
-    weights = 1.0 / (1.0 + kept / CAUCHY)
+    weights = 1.0 / (1.0 + kept / (CAUCHY * scale))
     ratio = float(weights @ kept / weights.sum() / _EXPECTED_ERROR) if len(kept) else np.inf
     return Refinement(motion, covariance * _COVARIANCE_FACTOR, inliers, ratio, steps)
 
@@ -91,6 +92,8 @@ def _expectations() -> tuple[float, float]:
     return float(np.sum(density * w * e) / mean_weight), float(mean_weight * spread / slope**2)
 
 
+_MEDIAN_ERROR = 2.366  # chi-square of 3 degrees of freedom
+_SETTLED = 1e-7  # rad and m
 _EXPECTED_ERROR, _COVARIANCE_FACTOR = _expectations()
 
 
@@ -99,45 +102,48 @@ def _gauss_newton(
     reference: Array,
     current: Array,
     start: Array,
-    prior_mean: Array,
+    supporters: NDArray[np.int64],
     prior_information: Array,
     noise: Array,
     T_base_camera: Array,
     camera: Array,
     limit: int,
-) -> tuple[Array, Array, Array, int]:
+) -> tuple[Array, Array, Array, float, int]:
     n = reference.shape[0]
     motion = start.copy()
     corrected = reference.copy()
-    errors = np.zeros(n)
-    residual = np.empty((n, 3))
-    gain, jacobian = np.empty((n, 3, 3)), np.empty((n, 3, 6))
+    errors, residual = np.zeros(n), np.empty((n, 3))
+    jacobian, by_point = np.empty((n, 3, 6)), np.empty((n, 3, 3))
+    information = np.empty((n, 3, 3))
     covariance = np.zeros((6, 6))
-    steps = 0
-    for step in range(limit):
-        steps = step + 1
-        # The first guess may be off by pixels, and a tight gate would throw good points away.
-        gate = 16 * GATE if step == 0 else GATE
-        H, g = np.zeros((6, 6)), np.zeros(6)
-        for k in range(6):
-            H[k, k] = prior_information[k]
-            g[k] = prior_information[k] * (prior_mean[k] - motion[k])
-        _accumulate(
-            reference, current, corrected, motion, noise, T_base_camera, camera, gate,
-            errors, residual, gain, jacobian, H, g,
+    scale, steps = 1.0, 0
+    while steps < limit:
+        steps += 1
+        _compare(
+            reference, current, corrected, motion, noise, T_base_camera, camera,
+            errors, residual, jacobian, by_point, information,
         )  # fmt: skip
+        # Noisier images than assumed must widen the gate, not starve the estimate.
+        scale = max(1.0, np.median(errors[supporters]) / _MEDIAN_ERROR)
+        H, g = np.diag(prior_information), -prior_information * motion
+        for i in range(n):
+            if errors[i] < GATE * scale:
+                weight = 1.0 / (1.0 + errors[i] / (CAUCHY * scale))
+                _accumulate(weight, residual[i], jacobian[i], information[i], H, g)
         covariance[:] = np.linalg.inv(H)
         change = covariance @ g
         motion = motion + change
         for i in range(n):
-            _correct(reference[i], residual[i], gain[i], jacobian[i], change, corrected[i])
-        if step > 0 and np.abs(change).max() < 1e-8:
+            if errors[i] < GATE * scale:
+                gain = (noise[:3] * by_point[i]).T @ information[i]
+                corrected[i] = reference[i] + gain @ (residual[i] - jacobian[i] @ change)
+        if np.abs(change).max() < _SETTLED:
             break
-    return motion, covariance, errors, steps
+    return motion, covariance, errors, scale, steps
 
 
 @njit(**COMPILED)
-def _accumulate(
+def _compare(
     reference: Array,
     current: Array,
     corrected: Array,
@@ -145,55 +151,42 @@ def _accumulate(
     noise: Array,
     T_base_camera: Array,
     camera: Array,
-    gate: float,
     errors: Array,
     residual: Array,
-    gain: Array,
     jacobian: Array,
-    H: Array,
-    g: Array,
+    by_point: Array,
+    information: Array,
 ) -> None:
-    """Normal equations H dx = g over all points; keeps what `_correct` needs afterwards."""
+    """Residuals of all points at a motion, their squared errors, Jacobians and information."""
     A, b, dA, db = camera_motion(motion, T_base_camera)
-    p, Jw, S_inverse = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
-    weighted = np.empty((3, 6))
+    p = np.empty(3)
     for i in range(reference.shape[0]):
-        Jm = jacobian[i]
-        if not measure(corrected[i], A, b, dA, db, camera, p, Jw, Jm):
+        Jw = by_point[i]
+        if not measure(corrected[i], A, b, dA, db, camera, p, Jw, jacobian[i]):
             errors[i] = np.inf
-            gain[i] = 0.0
-            residual[i] = 0.0
             continue
-        r = residual[i]
-        for a in range(3):
-            r[a] = current[i, a] - p[a]
-            for c in range(3):
-                r[a] -= Jw[a, c] * (reference[i, c] - corrected[i, c])
-        _invert_spread(Jw, noise, S_inverse)
-        e = 0.0
-        for a in range(3):
-            for c in range(3):
-                e += r[a] * S_inverse[a, c] * r[c]
-        errors[i] = e
-        gain[i] = 0.0  # an outlier must not drag its own corrected point away
-        if not e < gate:
-            continue
-        for a in range(3):
-            for c in range(3):
-                for k in range(3):
-                    gain[i, a, c] += noise[a] * Jw[k, a] * S_inverse[k, c]
-        weight = 1.0 / (1.0 + e / CAUCHY)
-        for a in range(3):
-            for c in range(6):
-                weighted[a, c] = 0.0
-                for k in range(3):
-                    weighted[a, c] += weight * S_inverse[a, k] * Jm[k, c]
-        for a in range(6):
+        residual[i] = current[i] - p - Jw @ (reference[i] - corrected[i])
+        _invert_spread(Jw, noise, information[i])
+        errors[i] = residual[i] @ (information[i] @ residual[i])
+
+
+@njit(**COMPILED)
+def _accumulate(
+    weight: float, residual: Array, Jm: Array, information: Array, H: Array, g: Array
+) -> None:
+    """One point's part of the normal equations H dx = g."""
+    weighted = np.empty((3, 6))
+    for a in range(3):
+        for c in range(6):
+            weighted[a, c] = 0.0
             for k in range(3):
-                g[a] += weighted[k, a] * r[k]
-            for c in range(6):
-                for k in range(3):
-                    H[a, c] += Jm[k, a] * weighted[k, c]
+                weighted[a, c] += weight * information[a, k] * Jm[k, c]
+    for a in range(6):
+        for k in range(3):
+            g[a] += weighted[k, a] * residual[k]
+        for c in range(6):
+            for k in range(3):
+                H[a, c] += Jm[k, a] * weighted[k, c]
 
 
 @njit(**COMPILED)
@@ -213,19 +206,3 @@ def _invert_spread(Jw: Array, noise: Array, out: Array) -> None:
     for a in range(3):
         for c in range(3):
             out[a, c] /= determinant
-
-
-@njit(**COMPILED)
-def _correct(
-    reference: Array, residual: Array, gain: Array, Jm: Array, change: Array, corrected: Array
-) -> None:
-    """Corrected point: reference + Sw Jw^T S^-1 (residual - Jm dx)."""
-    rest = np.empty(3)
-    for a in range(3):
-        rest[a] = residual[a]
-        for k in range(6):
-            rest[a] -= Jm[a, k] * change[k]
-    for a in range(3):
-        corrected[a] = reference[a]
-        for c in range(3):
-            corrected[a] += gain[a, c] * rest[c]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from grouser.estimators.visual.frontend import StereoFrame
-from grouser.estimators.visual.matching import MatchingOptions, match_frames
+from grouser.estimators.visual.matching import MatchingOptions, Prediction, match_frames
 from grouser.estimators.visual.motion import intrinsics, predict_points
 from grouser.estimators.visual.prior import ChassisPrior
 from grouser.estimators.visual.refine import refine
@@ -110,18 +110,22 @@ class KeyframeSight:
         covariance[:3, :3] += to_motion @ expected.covariance @ to_motion.T
         if len(keyframe.points) == 0:
             return mean, covariance, 0.0
-        _, S = self._predict(keyframe, mean, covariance)
-        width = 3 * float(np.sqrt(np.nanmedian(S[:, 0, 0])))
+        spread = self._predict(keyframe, mean, covariance).covariance
+        width = 3 * float(np.sqrt(np.nanmedian(spread[:, 0, 0])))
         return mean, covariance, width * 320 / self._camera.width
 
-    def _predict(
-        self, keyframe: StereoFrame, mean: Array, covariance: Array
-    ) -> tuple[Array, Array]:
+    def _predict(self, keyframe: StereoFrame, mean: Array, covariance: Array) -> Prediction:
         camera = self._camera
-        predicted, spread = predict_points(
-            keyframe.points, mean, covariance, camera.T_base_camera, self._intrinsics, self._noise
+        return Prediction(
+            *predict_points(
+                keyframe.points,
+                mean,
+                covariance,
+                camera.T_base_camera,
+                self._intrinsics,
+                self._noise,
+            )
         )
-        return predicted, spread
 
     def _try(
         self,
@@ -132,9 +136,12 @@ class KeyframeSight:
         rng: np.random.Generator,
     ) -> Sight:
         camera, started = self._camera, time.perf_counter()
-        predicted, S = self._predict(keyframe, mean, covariance)
         matches = match_frames(
-            keyframe, frame, predicted, S, self._matching, disparity_offset=camera.disparity_offset
+            keyframe,
+            frame,
+            self._predict(keyframe, mean, covariance),
+            self._matching,
+            disparity_offset=camera.disparity_offset,
         )
         matched = time.perf_counter()
         found = len(matches.reference)
@@ -156,7 +163,7 @@ class KeyframeSight:
             matches.reference,
             matches.current,
             start=hypothesis.motion,
-            prior_mean=np.zeros(6),
+            supporters=hypothesis.inliers,
             prior_sigma=sigma,
             noise=self._noise,
             T_base_camera=camera.T_base_camera,
