@@ -73,13 +73,14 @@ class CornerDetector:
 
 
 @njit(**COMPILED)
-def strength(image: Image, corners: NDArray[np.int32]) -> Array:
+def strength(image: Image, points: Array) -> Array:
     """Smaller eigenvalue (n,) of the gradient's second moments over 7 x 7 px (Shi and Tomasi)."""
-    out = np.empty(corners.shape[0])
-    for i in range(corners.shape[0]):
+    out = np.empty(points.shape[0])
+    for i in range(points.shape[0]):
+        u, v = int(points[i, 0]), int(points[i, 1])
         xx = yy = xy = 0.0
-        for y in range(corners[i, 1] - 3, corners[i, 1] + 4):
-            for x in range(corners[i, 0] - 3, corners[i, 0] + 4):
+        for y in range(v - 3, v + 4):
+            for x in range(u - 3, u + 4):
                 gx = float(image[y, x + 1]) - float(image[y, x - 1])
                 gy = float(image[y + 1, x]) - float(image[y - 1, x])
                 xx += gx * gx

@@ -19,11 +19,11 @@ PATCH_RADIUS = 13
 BITS = 256
 
 
-def _pattern() -> NDArray[np.int32]:
+def _pattern() -> NDArray[np.int64]:
     """(256, 4) x, y of the two pixels of every comparison, normal about the corner."""
     rng = np.random.default_rng(2010)
     offsets = rng.normal(0.0, (2 * PATCH_RADIUS + 1) / 5, (BITS, 4))
-    return np.clip(np.rint(offsets), -PATCH_RADIUS, PATCH_RADIUS).astype(np.int32)
+    return np.clip(np.rint(offsets), -PATCH_RADIUS, PATCH_RADIUS).astype(np.int64)
 
 
 _PATTERN = _pattern()
@@ -36,22 +36,24 @@ def smooth(image: Image, sigma: float) -> Image:
 
 def describe(smoothed: Image, corners: NDArray[np.int32]) -> Descriptors:
     """Descriptors (n, 4) of corners at least PATCH_RADIUS from the edge of a smoothed image."""
-    return np.asarray(_describe(smoothed, corners, _PATTERN))
+    stride = smoothed.shape[1]
+    place = corners[:, 1].astype(np.int64) * stride + corners[:, 0]
+    first = _PATTERN[:, 1] * stride + _PATTERN[:, 0]
+    second = _PATTERN[:, 3] * stride + _PATTERN[:, 2]
+    return np.asarray(_describe(smoothed.ravel(), place, first, second))
 
 
 @njit(**COMPILED)
 def _describe(
-    smoothed: Image, corners: NDArray[np.int32], pattern: NDArray[np.int32]
+    pixels: Image, place: NDArray[np.int64], first: NDArray[np.int64], second: NDArray[np.int64]
 ) -> Descriptors:
-    out = np.zeros((corners.shape[0], 4), np.uint64)
-    for i in range(corners.shape[0]):
-        x, y = corners[i, 0], corners[i, 1]
+    out = np.zeros((place.shape[0], 4), np.uint64)
+    for i in range(place.shape[0]):
         for word in range(4):
             bits = np.uint64(0)
-            for k in range(64):
-                p = pattern[64 * word + k]
-                first, second = smoothed[y + p[1], x + p[0]], smoothed[y + p[3], x + p[2]]
-                bits = (bits << np.uint64(1)) | np.uint64(first < second)
+            for k in range(64 * word, 64 * word + 64):
+                darker = pixels[place[i] + first[k]] < pixels[place[i] + second[k]]
+                bits = (bits << np.uint64(1)) | np.uint64(darker)
             out[i, word] = bits
     return out
 

@@ -58,6 +58,17 @@ class StereoFrame:
     left: Image
     right: Image
     points: Array
+    """(n, 3) u, v, d [px], to the pixel"""
+    descriptors: Descriptors
+    """(n, 4)"""
+
+
+@dataclass(frozen=True, slots=True)
+class Keyframe:
+    """The features that later frames are matched to."""
+
+    left: Image
+    points: Array
     """(n, 3) u, v, d [px]; u and v are whole pixels, d is sub-pixel, calibrated, positive."""
     slopes: Array
     """(n, 2) how the disparity changes along x and y [px / px]: the surface around the point"""
@@ -82,7 +93,7 @@ class StereoFrontend:
         self._settled = False
 
     def extract(self, left: Image, right: Image) -> StereoFrame:
-        """Features of a rectified pair (H, W) uint8."""
+        """Features of a rectified pair (H, W) uint8, matched to the pixel."""
         options = self._options
         corners = self._detect(left)
         right_corners = self._detector.detect(right)
@@ -103,12 +114,23 @@ class StereoFrontend:
         points = np.empty((len(kept), 3))
         points[:, :2] = corners[kept]
         points[:, 2] = corners[kept, 0] - right_corners[partner[kept], 0]
-        aligned = align_rows(left, right, points, 1.5)
+        points[:, 2] -= self._offset
+        return StereoFrame(left, right, points, descriptors[kept])
+
+    def make_keyframe(self, frame: StereoFrame) -> Keyframe:
+        """The frame with its disparities to a fraction of a pixel; what does not align is left."""
+        points = frame.points.copy()
+        points[:, 2] += self._offset
+        aligned = align_rows(frame.left, frame.right, points, 1.5)
         points[:, 2] = aligned[:, 0] - self._offset
         good = np.nan_to_num(points[:, 2]) > _MIN_DISPARITY
-        kept, points, slopes = kept[good], points[good], aligned[good, 1:]
-        clear = strength(left, corners[kept])
-        return StereoFrame(left, right, points, slopes, descriptors[kept], clear)
+        return Keyframe(
+            frame.left,
+            points[good],
+            aligned[good, 1:],
+            frame.descriptors[good],
+            strength(frame.left, points[good]),
+        )
 
     def _detect(self, image: Image) -> NDArray[np.int32]:
         """Corners of the left image; thresholds follow it, and settle on the first."""

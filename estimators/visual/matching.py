@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from grouser.estimators.visual.alignment import align_plane, align_rows
 from grouser.estimators.visual.descriptor import Descriptors, hamming
-from grouser.estimators.visual.frontend import StereoFrame
+from grouser.estimators.visual.frontend import Keyframe, StereoFrame
 from grouser.estimators.visual.motion import COMPILED
 from grouser.geometry import Array
 
@@ -56,7 +56,7 @@ class Matches:
 
 
 def match_frames(
-    reference: StereoFrame,
+    reference: Keyframe,
     current: StereoFrame,
     prediction: Prediction,
     options: MatchingOptions,

@@ -111,7 +111,7 @@ class VisualOdometry(PoseEstimator):
         self._predictor = self._make_predictor(observation)
         self._filter = RelativeFilter(scale_sigmas=self._scale_sigmas, scale_walk=self._scale_walk)
         self._frontend.reset()
-        self._keyframe = self._extract(observation)
+        self._keyframe = self._frontend.make_keyframe(self._extract(observation))
         self._keyframe_pose_3d = np.eye(4)
         self._predicted = NOTHING_YET
         self._believed = Expectation(np.zeros(3), np.zeros((3, 3)))
@@ -216,7 +216,7 @@ class VisualOdometry(PoseEstimator):
 
     def _commit(self, fused: Fused, frame: StereoFrame, pose_3d: Array) -> None:
         self._filter.commit(fused)
-        self._keyframe = frame
+        self._keyframe = self._frontend.make_keyframe(frame)
         self._keyframe_pose_3d = pose_3d
         self._predicted = NOTHING_YET
         self._believed = Expectation(np.zeros(3), np.zeros((3, 3)))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grouser.estimators.visual.frontend import StereoFrame
+from grouser.estimators.visual.frontend import Keyframe, StereoFrame
 from grouser.estimators.visual.matching import MatchingOptions, Prediction, match_frames
 from grouser.estimators.visual.motion import intrinsics, predict_points
 from grouser.estimators.visual.prior import ChassisPrior
@@ -19,7 +19,8 @@ FEWEST_AGREEING = 6
 FEWEST_REFINED = 10
 _WIDE_SEARCH = 20.0  # px in an image 320 px wide: beyond it the first match is only a first guess
 _UNUSABLE_TURN = 0.05  # rad of sigma: the points do not hold the motion
-_LEAST_NOISE = 0.25  # of the assumed pixel variance, whatever few residuals happen to say
+# Of the assumed pixel variance: residuals cannot show the errors that all points share.
+_LEAST_NOISE = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +85,7 @@ class KeyframeSight:
 
     def look(
         self,
-        keyframe: StereoFrame,
+        keyframe: Keyframe,
         frame: StereoFrame,
         expected: Expectation,
         rng: np.random.Generator,
@@ -98,7 +99,7 @@ class KeyframeSight:
         return sight
 
     def _search_prior(
-        self, keyframe: StereoFrame, expected: Expectation
+        self, keyframe: Keyframe, expected: Expectation
     ) -> tuple[Array, Array, float]:
         """Mean (6,) and covariance (6, 6) of the motion, and half the search width, px / 320."""
         mean = np.zeros(6)
@@ -114,7 +115,7 @@ class KeyframeSight:
         width = 3 * float(np.sqrt(np.nanmedian(spread[:, 0, 0])))
         return mean, covariance, width * 320 / self._camera.width
 
-    def _predict(self, keyframe: StereoFrame, mean: Array, covariance: Array) -> Prediction:
+    def _predict(self, keyframe: Keyframe, mean: Array, covariance: Array) -> Prediction:
         camera = self._camera
         return Prediction(
             *predict_points(
@@ -129,7 +130,7 @@ class KeyframeSight:
 
     def _try(
         self,
-        keyframe: StereoFrame,
+        keyframe: Keyframe,
         frame: StereoFrame,
         mean: Array,
         covariance: Array,
