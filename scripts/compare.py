@@ -39,7 +39,7 @@ class Compare:
     same bits; with --driver waypoints each drives on its own estimate. With --log, a recording is
     replayed.
 
-    Examples:
+    Some to try:
 
     grouser compare --seeds 2
 
@@ -106,6 +106,8 @@ def _prepare(options: Compare) -> Plan:
         require_matplotlib()
     source = _source(options)
     driver = _driver(options, source)
+    for name in options.estimators:
+        registry.spec(name)  # before anything slow is imported for the source
     gives = source.gives()
     names = choose(options.estimators, gives, source.label)
     steps = source.steps(options.steps)
