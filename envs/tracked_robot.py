@@ -1,6 +1,7 @@
 """`grouser/TrackedRobot-v0`: a tracked robot in a world, with sensors and without a task."""
 
 from collections.abc import Sequence
+from numbers import Integral
 from typing import Any
 
 import gymnasium as gym
@@ -89,6 +90,14 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
     ) -> None:
         self._world_name, self._keys = _known_world(world), _known_sensors(sensors)
         self.render_mode = self._known_render_mode(render_mode)
+        _require_noises(
+            image_noise=image_noise,
+            track_noise=track_noise,
+            lidar_noise=lidar_noise,
+            lidar_bearing_noise=lidar_bearing_noise,
+            acceleration_noise=acceleration_noise,
+            rate_noise=rate_noise,
+        )
         self._model = RobotModel()
         self.rig: Rig = robot_rig(
             self._model,
@@ -105,7 +114,7 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
             resolution=track_resolution,
         )
         self._sensors = _sensors(self.rig, encoders, self._keys, color, image_noise)
-        self.observation_space = _observation_space(self._sensors)
+        self.observation_space: spaces.Dict = _observation_space(self._sensors)
         self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
         announce()
         self._window = self._open_window()
@@ -233,12 +242,18 @@ def _known_sensors(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for name in SENSORS if name in listed)
 
 
+def _require_noises(**noises: float) -> None:
+    for name, value in noises.items():
+        if not (np.isfinite(value) and value >= 0):
+            raise ValueError(f"{name} must be 0 or more, got {value!r}")
+
+
 def _checked_size(size: Sequence[int]) -> tuple[int, int]:
-    if len(size) != 2 or not all(isinstance(n, int) and 16 <= n <= 4096 for n in size):
+    if len(size) != 2 or not all(isinstance(n, Integral) and 16 <= n <= 4096 for n in size):
         raise ValueError(
             f"image_size must be width and height, whole numbers from 16 to 4096, got {size!r}"
         )
-    return size[0], size[1]
+    return int(size[0]), int(size[1])
 
 
 def _checked_action(action: Action) -> Array:

@@ -15,8 +15,6 @@ class ReadNoise:
     """
 
     def __init__(self, sigma: float) -> None:
-        if not (np.isfinite(sigma) and sigma >= 0):
-            raise ValueError(f"image noise must be 0 or more grey levels, got {sigma!r}")
         self.sigma = sigma
         self._table = _inverse_distribution(sigma) if sigma > 0 else None
 

@@ -20,11 +20,8 @@ class TrackEncoders(Sensor):
     """
 
     def __init__(self, *, limit: float, noise: float, resolution: float) -> None:
-        if not (noise >= 0 and resolution > 0):
-            raise ValueError(
-                f"track noise must be 0 or more and the resolution positive, got {noise!r} "
-                f"and {resolution!r}"
-            )
+        if not resolution > 0:
+            raise ValueError(f"track_resolution must be positive, got {resolution!r} m")
         self._limit, self._noise, self._resolution = limit, noise, resolution
         self._rng = np.random.default_rng(0)
         self._travelled, self._counted = np.zeros(2), np.zeros(2)

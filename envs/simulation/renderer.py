@@ -4,6 +4,7 @@ Project, cover, resolve: one kernel each. Only + - * / sqrt and floor on IEEE fl
 pixels depend neither on the processor nor on the number of threads.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,7 +39,7 @@ class Pinhole:
     @staticmethod
     def with_field_of_view(width: int, height: int, horizontal: float) -> "Pinhole":
         """Square pixels, the principal point in the middle; horizontal field of view in rad."""
-        f = width / 2 / np.tan(horizontal / 2)
+        f = width / 2 / math.tan(horizontal / 2)
         return Pinhole(width, height, f, f, (width - 1) / 2, (height - 1) / 2)
 
 
