@@ -40,9 +40,9 @@ class DeadReckoning(PoseEstimator):
         track_noise_floor: float = 0.0002,
         side_slip: float = 0.02,
         side_slip_turning: float = 0.005,
-        track_scale_sigma: float = 0.02,
-        turn_scale_sigma: float = 0.10,
-        outward_slip_sigma: float = 0.08,
+        track_scale_sigma: float = 0.01,
+        turn_scale_sigma: float = 0.05,
+        outward_slip_sigma: float = 0.03,
     ) -> None:
         """
         Args:

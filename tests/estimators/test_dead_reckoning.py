@@ -15,7 +15,7 @@ from grouser.geometry import Array
 from grouser.rig import Rig, TrackGeometry
 
 WIDTH = 0.55
-TRACK_SCALE, TURN_SCALE, OUTWARD_SLIP = 0.02, 0.10, 0.08  # the defaults of the estimator
+TRACK_SCALE, TURN_SCALE, OUTWARD_SLIP = 0.01, 0.05, 0.03  # the defaults of the estimator
 RIG = Rig(dt=0.1, tracks=TrackGeometry(gauge=0.4, width=0.08, effective_width=WIDTH))
 
 
@@ -79,7 +79,7 @@ def test_without_constant_errors_the_covariance_is_far_too_small() -> None:
         turn_scale_sigma=0.0,
         outward_slip_sigma=0.0,
     )
-    assert white_only.mean() > 20
+    assert white_only.mean() > 9
 
 
 @pytest.mark.parametrize("tracks", [(0.4, 0.8), (0.6, 0.5), (-0.3, -0.6), (0.0, 0.6), (-0.3, 0.3)])
