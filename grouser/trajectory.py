@@ -38,7 +38,10 @@ def write_tum(path: str | Path, trajectory: Trajectory) -> None:
     if trajectory.covariances is not None:
         columns.append(trajectory.covariances[:, _UPPER[0], _UPPER[1]])
         header += " c_xx c_xy c_xh c_yy c_yh c_hh"
-    np.savetxt(path, np.concatenate(columns, axis=1), fmt="%.12g", header=header)
+    rows = np.concatenate(columns, axis=1)
+    # Nanoseconds of a clock that counts from 1970 need their places after the point.
+    formats = ["%.9f", *["%.12g"] * (rows.shape[1] - 1)]
+    np.savetxt(path, rows, fmt=formats, header=header)
 
 
 def read_tum(path: str | Path) -> Trajectory:

@@ -128,7 +128,7 @@ def _find_pair(root: Path) -> tuple[Path, Path, tuple[int, int]]:
 
 
 def _list_pair(left: Path, right: Path) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
-    names = sorted(path.name for path in left.glob("*.png"))
+    names = sorted((path.name for path in left.glob("*.png")), key=_order)
     if not names:
         raise FileNotFoundError(f"{left} holds no PNG image")
     if len(names) == 1:
@@ -145,6 +145,12 @@ def _list_pair(left: Path, right: Path) -> tuple[tuple[Path, ...], tuple[Path, .
                 f"{left.name} holds {len(names)} images, {right.name} holds {len(right_names)}"
             )
     return tuple(left / name for name in names), tuple(right / name for name in names)
+
+
+def _order(name: str) -> tuple[int, str]:
+    """By number, so that 10.png comes after 9.png; what has none comes first, by name."""
+    stem = Path(name).stem
+    return (int(stem) if stem.isdigit() else -1, name)
 
 
 def _check_no_gap(folder: Path, names: list[str]) -> None:

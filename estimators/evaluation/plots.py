@@ -12,7 +12,11 @@ from grouser.geometry import Array, project, wrap
 
 # Okabe and Ito's colours, told apart by colour-blind readers too.
 _COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442")
+# Where courses coincide, the gaps of one show the other.
+_DASHES = ("-", (0, (6, 2)), (0, (3, 2)), (0, (1, 1.5)))
 _ELLIPSES = 4
+# Errors are drawn to scale up to here and by their logarithm beyond: they differ by decades.
+_LINEAR_M, _LINEAR_DEG = 1e-3, 0.1
 _WIDTH = 8.0  # inches
 
 
@@ -46,16 +50,16 @@ def plot_results(folder: ResultsFolder) -> list[Path]:
 
 def top_view(runs: list[RunTrajectories]) -> Any:
     """The courses from above: the truth, and estimates with one-sigma ellipses."""
-    figure, (axes,) = _figure(1, _height([run.estimate.poses for run in runs]))
     truths = [run.truth.poses for run in runs if run.truth is not None]
+    figure, (axes,) = _figure(1, _height([*truths, *(run.estimate.poses for run in runs)]))
     shared = all(np.array_equal(truths[0], truth) for truth in truths)
-    for index, (run, color) in enumerate(zip(runs, _colors(runs), strict=True)):
+    for index, (run, style) in enumerate(zip(runs, _styles(runs), strict=True)):
         if run.truth is not None and (index == 0 or not shared):
             label = "truth" if shared else f"truth of {run.estimator}"
-            style = {"color": "black"} if shared else {"color": color, "linestyle": ":"}
-            axes.plot(*run.truth.poses[:, :2, 3].T, lw=2.5, alpha=0.6, label=label, **style)
-        axes.plot(*run.estimate.poses[:, :2, 3].T, color=color, lw=1.2, label=run.estimator)
-        for ellipse in _ellipses(run, color):
+            color = "black" if shared else style["color"]
+            axes.plot(*run.truth.poses[:, :2, 3].T, lw=4, alpha=0.3, color=color, label=label)
+        axes.plot(*run.estimate.poses[:, :2, 3].T, lw=1.4, label=run.estimator, **style)
+        for ellipse in _ellipses(run, style["color"]):
             # An artist, not a patch: what an estimator does not know must not set the scale.
             axes.add_artist(ellipse)
     axes.plot(0, 0, "k+", markersize=10, label="start")
@@ -69,14 +73,20 @@ def top_view(runs: list[RunTrajectories]) -> Any:
 def error_over_distance(runs: list[RunTrajectories]) -> Any:
     """Error of position and of heading over the distance truly driven."""
     figure, (position, heading) = _figure(2, 7.0)
-    for run, color in zip(runs, _colors(runs), strict=True):
+    for run, style in zip(runs, _styles(runs), strict=True):
         assert run.truth is not None
         along = distances(run.truth.poses)
         error = project(run.estimate.poses) - project(run.truth.poses)
         away = np.linalg.norm(error[:, :2], axis=1)
-        position.plot(along, away, color=color, label=run.estimator)
-        heading.plot(along, np.degrees(wrap(error[:, 2])), color=color, label=run.estimator)
-    position.set(ylabel="position error [m]", title=f"Error over distance, seed {runs[0].seed}")
+        position.plot(along, away, label=run.estimator, **style)
+        heading.plot(along, np.degrees(wrap(error[:, 2])), label=run.estimator, **style)
+    position.set_yscale("symlog", linthresh=_LINEAR_M)
+    heading.set_yscale("symlog", linthresh=_LINEAR_DEG)
+    position.set(ylabel="position error [m]")
+    position.set_title(
+        f"Error over distance, seed {runs[0].seed} "
+        f"(logarithmic beyond {_LINEAR_M:g} m and {_LINEAR_DEG:g} deg)"
+    )
     heading.set(xlabel="distance driven [m]", ylabel="heading error [deg]")
     _finish([position, heading])
     return figure
@@ -105,8 +115,11 @@ def _finish(axes: list[Any]) -> None:
     axes[0].legend(loc="best", fontsize="small")
 
 
-def _colors(runs: list[RunTrajectories]) -> list[str]:
-    return [_COLORS[index % len(_COLORS)] for index in range(len(runs))]
+def _styles(runs: list[RunTrajectories]) -> list[dict[str, Any]]:
+    return [
+        {"color": _COLORS[index % len(_COLORS)], "linestyle": _DASHES[index % len(_DASHES)]}
+        for index in range(len(runs))
+    ]
 
 
 def _ellipses(run: RunTrajectories, color: str) -> list[Any]:
@@ -122,6 +135,6 @@ def _ellipses(run: RunTrajectories, color: str) -> list[Any]:
         height, width = 2 * np.sqrt(np.maximum(variances, 0))
         angle = np.degrees(np.arctan2(directions[1, 1], directions[0, 1]))
         x, y = run.estimate.poses[frame, :2, 3]
-        ellipse = Ellipse((x, y), width, height, angle=angle, fc="none", ec=color, lw=0.8, ls="--")
+        ellipse = Ellipse((x, y), width, height, angle=angle, fc="none", ec=color, lw=0.8, ls=":")
         ellipses.append(ellipse)
     return ellipses

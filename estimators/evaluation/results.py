@@ -42,13 +42,14 @@ class ResultsFolder:
         """Begin the folder, or go on with one that was begun with the same settings.
 
         Raises:
-            ValueError: the folder holds results already and `resume` is not set, or it holds those
-                of other settings, or its files are damaged.
+            ValueError: the folder cannot be written to, or it holds results already and `resume`
+                is not set, or it holds those of other settings, or its files are damaged.
         """
         self.path = Path(path)
         # Through JSON and back, to compare with what was read: a tuple becomes a list.
         self._settings: dict[str, Any] = json.loads(json.dumps(settings))
         self.summaries: list[Summary] = []
+        self._check_place()
         if self._results.exists():
             if not resume:
                 raise ValueError(
@@ -76,6 +77,17 @@ class ResultsFolder:
     @property
     def _results(self) -> Path:
         return self.path / "results.json"
+
+    def _check_place(self) -> None:
+        """Find out before the work, not after it, that its results cannot be written."""
+        there = next(
+            place for place in (self.path, *self.path.absolute().parents) if place.exists()
+        )
+        if not (there.is_dir() and os.access(there, os.W_OK)):
+            raise ValueError(
+                f"results cannot be written to {self.path}: {there} is not a folder that you may "
+                "write to; choose another --output"
+            )
 
     def _check_settings(self) -> None:
         kept = _read_json(self.path / "settings.json")
@@ -118,7 +130,7 @@ class ResultsFolder:
 
 
 def _file_name(estimator: str, seed: int) -> str:
-    return f"{estimator}_seed{seed}.tum"
+    return f"{estimator.replace('/', '-')}_seed{seed}.tum"
 
 
 def _read_json(path: Path) -> Any:

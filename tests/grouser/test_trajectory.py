@@ -38,6 +38,12 @@ def test_tum_survives_the_disk(tmp_path: Path, poses: Array, covariances: Array)
     np.testing.assert_allclose(found.covariances, covariances, rtol=1e-9)
 
 
+def test_tum_keeps_the_milliseconds_of_a_clock(tmp_path: Path, poses: Array) -> None:
+    stamps = 1317384506.404 + STAMPS
+    write_tum(tmp_path / "a.tum", Trajectory(stamps, poses))
+    np.testing.assert_allclose(read_tum(tmp_path / "a.tum").stamps - stamps, 0, atol=1e-6)
+
+
 def test_tum_without_covariance_has_none(tmp_path: Path, poses: Array) -> None:
     write_tum(tmp_path / "a.tum", Trajectory(STAMPS, poses))
     assert read_tum(tmp_path / "a.tum").covariances is None

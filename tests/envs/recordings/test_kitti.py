@@ -88,6 +88,13 @@ def test_without_times_and_poses(folder: Path) -> None:
     np.testing.assert_allclose(recording.stamps, 0.1 * np.arange(N))
 
 
+def test_frames_are_ordered_by_number(folder: Path) -> None:
+    for side in ("image_l", "image_r"):
+        for index, path in enumerate(sorted((folder / side).iterdir())):
+            path.rename(folder / side / f"{index + 8}.png")
+    assert [path.stem for path in open_kitti(folder).left] == ["8", "9", "10", "11", "12"]
+
+
 def kitti_row(fx: float, tx: float, tz: float = 0.0) -> str:
     return f"{fx} 0 23.5 {tx} 0 {fx} 19.5 0 0 0 1 {tz}"
 

@@ -3,6 +3,7 @@
 import json
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -107,3 +108,17 @@ def test_not_a_number_is_never_written(tmp_path: Path, run: Run) -> None:
     with pytest.raises(ValueError, match="JSON"):
         folder.add(run, {**summarise(run, "x"), "ate_m": float("nan")})
     assert not (tmp_path / "results.json").exists()
+
+
+def test_a_place_that_cannot_be_written_to_is_refused_before_the_work(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    for place in ("file", "file/deep"):
+        with pytest.raises(ValueError, match=r"cannot be written to .*file is not a folder that"):
+            ResultsFolder(tmp_path / place, SETTINGS)
+
+
+def test_a_name_with_a_slash_is_a_file_name(tmp_path: Path, run: Run) -> None:
+    folder = ResultsFolder(tmp_path, SETTINGS)
+    keep(folder, replace(run, estimator="mine/best"))
+    assert (tmp_path / "trajectories/mine-best_seed2.tum").exists()
+    assert folder.trajectories()[0].estimator == "mine/best"
