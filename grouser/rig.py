@@ -97,6 +97,8 @@ class StereoCamera:
     """(6,) how well T_base_camera is known: x, y, z [m], roll, pitch, yaw [rad], one sigma."""
     disparity_offset: float = 0.0
     """Measured minus true disparity, px (a residual of the rectification)."""
+    disparity_sigma: float = 0.0
+    """How well that is known, px: all distances are off together by its share of the disparity."""
 
     def __post_init__(self) -> None:
         _positive(self, "fx", "fy", "baseline", "width", "height")

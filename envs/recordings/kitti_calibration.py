@@ -14,6 +14,9 @@ from grouser.text_table import parse_row, read_text
 UNKNOWN_MOUNT_SIGMA = np.array([1.5, 0.5, 1.0, 0.02, 0.05, 0.02])
 UNKNOWN_MOUNT_SIGMA.setflags(write=False)
 
+# px. Nor of its rectification; a tenth of a pixel is a third of a percent of all distances.
+UNKNOWN_DISPARITY_SIGMA = 0.1
+
 
 @dataclass(frozen=True, slots=True)
 class Projection:
@@ -52,6 +55,7 @@ class StereoCalibration:
             T_base_camera=camera_mount(),
             mount_sigma=UNKNOWN_MOUNT_SIGMA,
             disparity_offset=self.disparity_offset,
+            disparity_sigma=UNKNOWN_DISPARITY_SIGMA,
         )
 
 

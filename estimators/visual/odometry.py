@@ -100,7 +100,10 @@ class VisualOdometry(PoseEstimator):
         self._max_points = max_points
         self._track_noise = TrackNoise(scale=track_noise)
         self._turn_noise = turn_noise
-        self._scale_sigmas = np.array([track_scale_sigma, track_scale_sigma, turn_scale_sigma])
+        offset = np.hypot(rig.stereo.disparity_sigma, _ALIGNMENT_BIAS)
+        self._bias_sigmas = np.array(
+            [track_scale_sigma, track_scale_sigma, turn_scale_sigma, offset]
+        )
         self._scale_walk = scale_walk
         self._keyframe_limits = (keyframe_distance, keyframe_turn, keyframe_frames)
         self._lost_after = lost_after
@@ -109,7 +112,7 @@ class VisualOdometry(PoseEstimator):
         """Start at pose zero, known exactly, with the first frame as keyframe."""
         self._rng = rng
         self._predictor = self._make_predictor(observation)
-        self._filter = RelativeFilter(scale_sigmas=self._scale_sigmas, scale_walk=self._scale_walk)
+        self._filter = RelativeFilter(bias_sigmas=self._bias_sigmas, scale_walk=self._scale_walk)
         self._frontend.reset()
         self._keyframe = self._frontend.make_keyframe(self._extract(observation))
         self._keyframe_pose_3d = np.eye(4)
@@ -168,21 +171,20 @@ class VisualOdometry(PoseEstimator):
 
     def _predict(self, observation: Observation) -> Expectation:
         """Takes the increment into the filter's prediction, and says where to search."""
-        increment = self._predictor.predict(observation, self._filter.keyframe.scales)
+        increment = self._predictor.predict(observation, self._filter.keyframe.biases)
         self._predicted = self._predicted.then(increment)
         F, V = compose_jacobians(self._believed.pose, increment.pose)
-        scales = self._filter.keyframe.covariance[3:, 3:]
-        noise = increment.covariance + increment.by_scales @ scales @ increment.by_scales.T
+        biases = self._filter.keyframe.covariance[3:, 3:]
+        noise = increment.covariance + increment.by_biases @ biases @ increment.by_biases.T
         covariance = F @ self._believed.covariance @ F.T + V @ noise @ V.T
         return Expectation(compose(self._believed.pose, increment.pose), covariance)
 
     def _fuse(self, sight: Sight) -> Fused:
         if sight.motion is None:
             return self._filter.coast(self._predicted)
-        measured, noise = sight.planar()
         if self._predictor.measures:
-            return self._filter.fuse(self._predicted, measured, noise)
-        return self._filter.follow(measured, noise)
+            return self._filter.fuse(self._predicted, sight.planar())
+        return self._filter.follow(sight.planar(), self._predicted.frames)
 
     def _learn(self, relative: Array, sight: Sight, expected: Expectation) -> None:
         """What the next prediction starts from."""
@@ -192,7 +194,7 @@ class VisualOdometry(PoseEstimator):
         else:
             self._failures = 0
             self._predictor.learn(between(self._believed.pose, relative))
-            self._believed = Expectation(relative, sight.planar()[1])
+            self._believed = Expectation(relative, sight.planar().covariance)
 
     def _status(self, sight: Sight, stamp: float) -> Status:
         if sight.motion is not None:
@@ -224,5 +226,7 @@ class VisualOdometry(PoseEstimator):
 
 _FASTEST = np.array([15.0, 1.0, 1.0])  # m/s, m/s, rad/s: one sigma of an unknown velocity
 _PATIENCE = 3
+# px of disparity that interpolation shifts all points by, one sigma; a test measures it.
+_ALIGNMENT_BIAS = 0.02
 _CUT = 1e-3  # px: the keyframe's point is where its patch was cut, by definition
 _FEW_INLIERS = 0.42

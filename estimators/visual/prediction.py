@@ -18,8 +18,9 @@ from grouser.estimators.track_motion import (
 from grouser.geometry import Array
 from grouser.rig import TrackGeometry
 
-SCALES = 3
-"""Scale errors that the filter estimates: of the left track, the right track and the turn."""
+BIASES = 4
+"""Constant errors that the filter estimates: the scales of the left track, the right track and the
+turn [1], and the cameras' disparity offset [px]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,8 +31,8 @@ class Increment:
     """(3,) x, y [m], heading [rad]"""
     covariance: Array
     """(3, 3) of its white noise"""
-    by_scales: Array
-    """(3, SCALES) derivative by the scale errors; zero where nothing has a scale."""
+    by_biases: Array
+    """(3, BIASES) derivative by the constant errors"""
 
 
 class MotionPredictor(ABC):
@@ -40,8 +41,8 @@ class MotionPredictor(ABC):
     measures: bool
 
     @abstractmethod
-    def predict(self, observation: Observation, scales: Array) -> Increment:
-        """The increment to this observation, given the estimated scale errors (SCALES,)."""
+    def predict(self, observation: Observation, biases: Array) -> Increment:
+        """The increment to this observation, given the estimated constant errors (BIASES,)."""
 
     @abstractmethod
     def learn(self, increment: Array | None) -> None:
@@ -62,21 +63,21 @@ class TrackPredictor(MotionPredictor):
         self._side_slip = side_slip
         self._turn_noise = turn_noise
 
-    def predict(self, observation: Observation, scales: Array) -> Increment:
+    def predict(self, observation: Observation, biases: Array) -> Increment:
         measured = np.asarray(observation["tracks"], dtype=np.float64)
         if measured.shape != (2,) or not np.isfinite(measured).all():
             raise ValueError(f"observation 'tracks' must be two finite numbers [m], got {measured}")
         width = self._tracks.effective_width
-        du = measured * (1 + scales[:2])
+        du = measured * (1 + biases[:2])
         turn, arc_length = track_increment(du, width)
-        by_arc = arc_jacobian(turn * (1 + scales[2]), arc_length)
+        by_arc = arc_jacobian(turn * (1 + biases[2]), arc_length)
         by_turn = by_arc[:, 0]
-        by_du = by_arc @ (np.diag([1 + scales[2], 1.0]) @ track_increment_jacobian(width))
+        by_du = by_arc @ (np.diag([1 + biases[2], 1.0]) @ track_increment_jacobian(width))
         covariance = by_du @ self._noise.covariance(du) @ by_du.T
         covariance += (self._turn_noise * turn) ** 2 * np.outer(by_turn, by_turn)
         covariance += self._side_slip.covariance(turn, chord(turn, arc_length))
-        by_scales = np.column_stack([by_du * measured, by_turn * turn])
-        return Increment(arc_pose(turn * (1 + scales[2]), arc_length), covariance, by_scales)
+        by_biases = np.column_stack([by_du * measured, by_turn * turn, np.zeros(3)])
+        return Increment(arc_pose(turn * (1 + biases[2]), arc_length), covariance, by_biases)
 
     def learn(self, increment: Array | None) -> None:
         """The tracks need no memory."""
@@ -92,8 +93,8 @@ class VelocityPredictor(MotionPredictor):
         self._first = first_sigma
         self._last: Array | None = None
 
-    def predict(self, observation: Observation, scales: Array) -> Increment:
-        zero = np.zeros((3, SCALES))
+    def predict(self, observation: Observation, biases: Array) -> Increment:
+        zero = np.zeros((3, BIASES))
         if self._last is None:
             return Increment(np.zeros(3), np.diag(self._first**2), zero)
         distance = float(np.hypot(*self._last[:2]))

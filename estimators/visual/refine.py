@@ -27,7 +27,9 @@ class Refinement:
     motion: Array
     """(6,) as in `grouser.estimators.visual.motion`."""
     covariance: Array
-    """(6, 6)"""
+    """(6, 6) of independent pixel noise"""
+    by_disparity: Array
+    """(6,) error of the motion per px by which all disparities are off: it does not average out"""
     inliers: NDArray[np.bool_]
     """(n,)"""
     noise_ratio: float
@@ -57,7 +59,7 @@ def refine(
         noise: (6,) variances of u, v, d in the reference and in the current frame [px^2].
         T_base_camera: (4, 4) mount; camera: (5,) from `intrinsics`.
     """
-    motion, covariance, errors, scale, steps = _gauss_newton(
+    motion, covariance, by_disparity, errors, scale, steps = _gauss_newton(
         np.ascontiguousarray(reference),
         np.ascontiguousarray(current),
         start,
@@ -72,7 +74,7 @@ def refine(
     kept = errors[inliers]
     weights = 1.0 / (1.0 + kept / (CAUCHY * scale))
     ratio = float(weights @ kept / weights.sum() / _EXPECTED_ERROR) if len(kept) else np.inf
-    return Refinement(motion, covariance * _COVARIANCE_FACTOR, inliers, ratio, steps)
+    return Refinement(motion, covariance * _COVARIANCE_FACTOR, by_disparity, inliers, ratio, steps)
 
 
 def _expectations() -> tuple[float, float]:
@@ -108,14 +110,15 @@ def _gauss_newton(
     T_base_camera: Array,
     camera: Array,
     limit: int,
-) -> tuple[Array, Array, Array, float, int]:
+) -> tuple[Array, Array, Array, Array, float, int]:
     n = reference.shape[0]
     motion = start.copy()
     corrected = reference.copy()
     errors, residual = np.zeros(n), np.empty((n, 3))
     jacobian, by_point = np.empty((n, 3, 6)), np.empty((n, 3, 3))
     information = np.empty((n, 3, 3))
-    covariance = np.zeros((6, 6))
+    covariance, by_disparity = np.zeros((6, 6)), np.zeros(6)
+    offset, unused = np.empty(3), np.empty((6, 6))
     scale, steps = 1.0, 0
     while steps < limit:
         steps += 1
@@ -126,10 +129,15 @@ def _gauss_newton(
         # Noisier images than assumed must widen the gate, not starve the estimate.
         scale = max(1.0, np.median(errors[supporters]) / _MEDIAN_ERROR)
         H, g = np.diag(prior_information), -prior_information * motion
+        by_disparity[:] = 0.0
         for i in range(n):
             if errors[i] < GATE * scale:
                 weight = 1.0 / (1.0 + errors[i] / (CAUCHY * scale))
                 _accumulate(weight, residual[i], jacobian[i], information[i], H, g)
+                # An offset of all disparities moves the measured point, and the one predicted.
+                offset[:] = -by_point[i, :, 2]
+                offset[2] += 1.0
+                _accumulate(weight, offset, jacobian[i], information[i], unused, by_disparity)
         covariance[:] = np.linalg.inv(H)
         change = covariance @ g
         motion = motion + change
@@ -139,7 +147,7 @@ def _gauss_newton(
                 corrected[i] = reference[i] + gain @ (residual[i] - jacobian[i] @ change)
         if np.abs(change).max() < _SETTLED:
             break
-    return motion, covariance, errors, scale, steps
+    return motion, covariance, covariance @ by_disparity, errors, scale, steps
 
 
 @njit(**COMPILED)

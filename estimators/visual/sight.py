@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from grouser.estimators.visual.frontend import Keyframe, StereoFrame
+from grouser.estimators.visual.fusion import RelativePose
 from grouser.estimators.visual.matching import MatchingOptions, Prediction, match_frames
 from grouser.estimators.visual.motion import intrinsics, predict_points
 from grouser.estimators.visual.prior import ChassisPrior
@@ -41,10 +42,12 @@ class Sight:
     """(6,) as in `visual.motion`"""
     covariance: Array
     """(6, 6)"""
+    by_disparity: Array
+    """(6,) how far the motion is off per px of a common disparity offset"""
     diagnostics: dict[str, float]
 
-    def planar(self) -> tuple[Array, Array]:
-        """The planar part as a pose (3,) with its covariance (3, 3).
+    def planar(self) -> RelativePose:
+        """The planar part.
 
         Raises:
             ValueError: vision failed; there is nothing to tell.
@@ -54,7 +57,8 @@ class Sight:
         turn = float(self.motion[0])
         pose = np.append(rotate(turn / 2, self.motion[1:3]), turn)
         to_pose = np.linalg.inv(pose_to_motion(pose))
-        return pose, to_pose @ self.covariance[:3, :3] @ to_pose.T
+        covariance = to_pose @ self.covariance[:3, :3] @ to_pose.T
+        return RelativePose(pose, covariance, to_pose @ self.by_disparity[:3])
 
     def out_of_plane(self) -> tuple[float, float, float]:
         """Height [m], roll and pitch [rad]; zero where vision failed."""
@@ -152,7 +156,7 @@ class KeyframeSight:
             "inliers": 0.0,
             "ms_matching": 1e3 * (matched - started),
         }
-        blind = Sight(None, np.zeros((6, 6)), diagnostics)
+        blind = Sight(None, np.zeros((6, 6)), np.zeros(6), diagnostics)
         if found < FEWEST_MATCHES:
             return blind
         sigma = self._prior.sigma(mean[0], mean[1], camera.mount_sigma)
@@ -181,7 +185,9 @@ class KeyframeSight:
         }
         covariance = refined.covariance * max(refined.noise_ratio, _LEAST_NOISE)
         usable = refined.inliers.sum() >= FEWEST_REFINED and covariance[0, 0] < _UNUSABLE_TURN**2
-        return Sight(refined.motion, covariance, diagnostics) if usable else blind
+        if not usable:
+            return blind
+        return Sight(refined.motion, covariance, refined.by_disparity, diagnostics)
 
 
 def pose_to_motion(pose: Array) -> Array:
