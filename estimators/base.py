@@ -78,11 +78,11 @@ def check_observation_keys(estimator: PoseEstimator, given: Iterable[str]) -> No
     Raises:
         ValueError: it does not; the message names both sets.
     """
-    given = set(given)
-    missing = sorted(estimator.requires - TRUTH_KEYS - given)
+    given, kind = set(given), type(estimator)
+    missing = sorted(kind.requires - TRUTH_KEYS - given)
     if missing:
         raise ValueError(
-            f"{type(estimator).__name__} requires observations {sorted(estimator.requires)}, but "
+            f"{kind.__name__} requires observations {sorted(kind.requires)}, but "
             f"the environment gives {sorted(given)}, without {missing}; make the environment with "
             "sensors= that include them, or choose another estimator"
         )
@@ -101,14 +101,14 @@ def readable(
     """
     check_observation_keys(estimator, observation)
     # Of the class, which the registry has checked: an instance cannot ask for more.
-    truth = type(estimator).requires & TRUTH_KEYS
+    kind = type(estimator)
+    truth = kind.requires & TRUTH_KEYS
     untold = sorted(truth - set(info))
     if untold:
         raise ValueError(
-            f"{type(estimator).__name__} requires {untold} in info, which gives {sorted(info)}; "
+            f"{kind.__name__} requires {untold} in info, which gives {sorted(info)}; "
             "a recording without its reference poses has no truth to tell"
         )
-    seen = (estimator.requires - truth) | (estimator.optional & set(observation))
-    return {key: observation[key] for key in sorted(seen)} | {
-        key: info[key] for key in sorted(truth)
-    }
+    seen = (kind.requires - truth) | (kind.optional & set(observation))
+    shown = {key: observation[key] for key in sorted(seen)}
+    return shown | {key: info[key] for key in sorted(truth)}

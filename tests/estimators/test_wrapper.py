@@ -6,6 +6,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium import spaces
+from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils.env_checker import check_env
 
 import grouser.estimators as estimators
@@ -87,7 +88,7 @@ class NeedsLidar(Dice):
 @pytest.fixture(autouse=True)
 def _registered(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(registry, "_registry", dict(registry._registry))
-    toy = gym.envs.registration.EnvSpec(TOY, entry_point=f"{__name__}:ToyRobot")
+    toy = EnvSpec(TOY, entry_point=f"{__name__}:ToyRobot")
     monkeypatch.setitem(gym.registry, TOY, toy)
     for name, kind in (("dice", "Dice"), ("peeking", "Peeking"), ("needs-lidar", "NeedsLidar")):
         estimators.register(name, f"{__name__}:{kind}")
@@ -263,15 +264,12 @@ def test_there_is_no_estimate_before_reset() -> None:
 
 
 def test_the_spec_rebuilds_environment_and_estimator() -> None:
-    gym.register("toy/Robot-v0", f"{__name__}:ToyRobot")
-    try:
-        env = EstimatedPose(gym.make("toy/Robot-v0"), "dice", sides=1000)
-        assert env.spec is not None
-        twin = gym.make(env.spec)
+    env = EstimatedPose(gym.make(TOY), "dice", sides=1000)
+    assert env.spec is not None
+    for spec in (env.spec, EnvSpec.from_json(env.spec.to_json())):
+        twin = gym.make(spec)
         assert same_bits(drive(env, seed=2), drive(twin, seed=2))
         assert twin.get_wrapper_attr("estimator").sides == 1000
-    finally:
-        del gym.registry["toy/Robot-v0"]
 
 
 @pytest.mark.filterwarnings("ignore:.*different from the unwrapped version")  # it is a wrapper
