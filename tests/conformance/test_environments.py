@@ -85,16 +85,20 @@ def test_gymnasiums_checker_passes_without_a_warning(arguments: dict[str, Any]) 
     check_env(gym.make(**arguments).unwrapped)
 
 
+# A covariance is a matrix, whatever a policy's default feature extractor would like.
+@pytest.mark.filterwarnings("ignore:Your observation pose_covariance has an unconventional shape")
 @pytest.mark.filterwarnings("error")
-@pytest.mark.filterwarnings("ignore::DeprecationWarning:torch")
-@pytest.mark.filterwarnings("ignore::DeprecationWarning:tensorboard")
-def test_stable_baselines3s_checker_passes_without_a_warning(arguments: dict[str, Any]) -> None:
+@pytest.mark.parametrize("estimator", [None, "one-point-ransac"])
+def test_stable_baselines3s_checker_passes_without_a_warning(
+    arguments: dict[str, Any], estimator: str | None
+) -> None:
     checker = pytest.importorskip(
         "stable_baselines3.common.env_checker",
         reason="Stable-Baselines3 is not installed: pip install -e '.[rl]'",
     )
-    env = gym.make(**arguments)
-    checker.check_env(env.unwrapped)  # its render check would close the environment first
+    env = gym.make(**arguments).unwrapped
+    checked = env if estimator is None else EstimatedPose(env, estimator)
+    checker.check_env(checked)  # its render check would close the environment first
     env.close()
 
 

@@ -263,6 +263,18 @@ def test_there_is_no_estimate_before_reset() -> None:
         _ = EstimatedPose(ToyRobot(), "dice").estimate
 
 
+def test_alone_or_in_a_vector_it_estimates_the_same_bits() -> None:
+    seeds: list[int | None] = [0, 1, 2]
+    several = gym.vector.SyncVectorEnv([lambda: EstimatedPose(ToyRobot(), "dice")] * len(seeds))
+    shown, _ = several.reset(seed=seeds)
+    stepped = several.step(np.ones((len(seeds), 2), dtype=np.float32))[0]
+    for index, seed in enumerate(seeds):
+        env = EstimatedPose(ToyRobot(), "dice")
+        alone = [env.reset(seed=seed)[0], env.step(np.ones(2, dtype=np.float32))[0]]
+        member = [{key: value[index] for key, value in all_.items()} for all_ in (shown, stepped)]
+        assert same_bits(alone, member)
+
+
 def test_the_spec_rebuilds_environment_and_estimator() -> None:
     env = EstimatedPose(gym.make(TOY), "dice", sides=1000)
     assert env.spec is not None
