@@ -24,6 +24,9 @@ from grouser.geometry import between
 LIGHT, DARK, LIGHT_AGAIN = 16, 15, 10
 """Frames before, in and after the blackout; 1.5 s of it."""
 
+OUTWARD_KEYS = frozenset({"left", "right", "lidar", "gps"})
+"""Observations of the outside world, which the blackout takes away."""
+
 # Drive and estimate may differ by this much of the way before the blackout: enough for any honest
 # method, too little for one that stands still, turns the wrong way or mixes up frames.
 _GROSS_ERROR, _GROSS_TURN = 0.2, 0.1  # 1, rad
@@ -62,7 +65,7 @@ def check_pose_estimator(name: str, **options: Any) -> None:
     and after pickling too; estimates have the shapes, types and stamps of the contract, a wrapped
     heading and a symmetric positive semi-definite covariance; they share no memory with the
     observation or with each other; observations are neither changed nor kept; the pose follows the
-    robot; a blackout ends in COASTING or LOST with a covariance that did not shrink, and light
+    robot, and the status is TRACKING where the outside world is seen; a blackout ends in COASTING or LOST with a covariance that did not shrink, and light
     brings the estimator back, even if the blackout came first.
 
     Args:
@@ -79,6 +82,7 @@ def check_pose_estimator(name: str, **options: Any) -> None:
     _check_declaration(subject)
     estimates = _check_every_frame(subject)
     _check_follows_the_robot(subject, estimates)
+    _check_tracks_in_the_light(subject, estimates)
     _check_blackout(subject, estimates)
     _check_recovery(subject, estimates)
     _check_determinism_and_reset(subject, estimates)
@@ -135,6 +139,17 @@ def _check_follows_the_robot(subject: _Subject, estimates: list[PoseEstimate]) -
         subject.name,
         f"after {way:.2f} m the pose is {pose.tolist()} where the robot is at {truth.tolist()}; "
         "are frames (x forward, y left, heading counter-clockwise) mixed up?",
+    )
+
+
+def _check_tracks_in_the_light(subject: _Subject, estimates: list[PoseEstimate]) -> None:
+    if not registry.estimator_class(subject.name).requires & OUTWARD_KEYS:
+        return
+    status = estimates[subject.last_light].status
+    require(
+        status is Status.TRACKING,
+        subject.name,
+        f"it looks at the outside world, but after {LIGHT} frames in full light it is {status}",
     )
 
 

@@ -164,6 +164,11 @@ class SeesInTheDark(Sighted):
         return dataclasses.replace(estimate, status=Status.TRACKING)
 
 
+class NeverSees(Sighted):
+    def judge(self, estimate: PoseEstimate, observation: Observation) -> PoseEstimate:
+        return dataclasses.replace(estimate, status=Status.COASTING)
+
+
 class FailsInTheDark(Sighted):
     def judge(self, estimate: PoseEstimate, observation: Observation) -> PoseEstimate:
         estimate = super().judge(estimate, observation)
@@ -257,6 +262,7 @@ def test_an_estimator_that_keeps_the_contract_passes() -> None:
         (StandsStill, "are frames .* mixed up"),
         (TurnsTheWrongWay, "are frames .* mixed up"),
         (SeesInTheDark, "blackout ended in Status.TRACKING"),
+        (NeverSees, "after 16 frames in full light it is Status.COASTING"),
         (FailsInTheDark, "frame 16 of the blackout raised ZeroDivisionError"),
         (CannotStartInTheDark, "of the blackout raised RuntimeError"),
         (GrowsSure, "the variance of position went from"),
