@@ -12,6 +12,7 @@ _THRESHOLD = 1.0  # px
 _CONFIDENCE = 0.999
 _MOST_TRIALS = 1000
 _SAMPLE = 5
+_ANY_DISTANCE = 1e9  # lengths of the translation
 
 
 class FivePointRansac(MotionSolver):
@@ -34,7 +35,10 @@ class FivePointRansac(MotionSolver):
         )
         if E is None or E.shape != (3, 3):
             return None
-        _, R, direction, mask = cv2.recoverPose(E, before, now, np.eye(3), mask=mask)
+        # OpenCV calls a point that is 50 steps away infinite and drops it; steps are short here.
+        _, R, direction, mask, _ = cv2.recoverPose(
+            E, before, now, np.eye(3), distanceThresh=_ANY_DISTANCE, mask=mask
+        )
         inliers = mask.ravel() > 0
         if inliers.sum() < _SAMPLE:
             return None
