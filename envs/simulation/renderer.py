@@ -97,6 +97,5 @@ class Renderer:
     def _resolve(self, image: NDArray[np.uint8]) -> None:
         resolve(
             self._planes.astype(np.float32), self._faces.texture, self._faces.shade, self._seen,
-            self._subsamples, self._bank.texels, self._bank.offsets, self._bank.sizes,
-            self._anisotropy, self._sky, image,
+            self._subsamples, self._bank, self._anisotropy, self._sky, image,
         )  # fmt: skip

@@ -1,11 +1,12 @@
 """The colour of every pixel: textures under trilinear and anisotropic filtering, weighted by cover.
 
 Deferred: a pixel that shows one face is textured once, however many sub-samples it has; one on an
-edge, once for each face on it, at the centroid of the sub-samples that see it.
+edge, once for each face on it, at the centroid of the sub-samples that see it. Rows are taken run
+by run, a run being pixels that show one face throughout: where a run lies on its texture is
+computed in a loop without branches, which the compiler turns into vector instructions.
 """
 
-import math
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -13,6 +14,11 @@ from grouser.envs.simulation.kernels import inlined, kernel
 
 F = np.float32
 _ZERO, _HALF, _ONE, _TWO = F(0), F(0.5), F(1), F(2)
+
+# Rows of the buffer of footprints: texture coordinates in [0, 1), the step between two taps along
+# the footprint's longer axis (in tiles), the number of taps, and the width of each in texels.
+_U, _V, _STEP_U, _STEP_V, _TAPS, _WIDTH = range(6)
+_N_FOOTPRINT: Final = 6
 
 
 @kernel
@@ -22,9 +28,7 @@ def resolve(
     shade: Any,
     faces: Any,
     subsamples: Any,
-    texels: Any,
-    offsets: Any,
-    sizes: Any,
+    bank: Any,
     anisotropy: int,
     sky: Any,
     image: Any,
@@ -36,123 +40,177 @@ def resolve(
         texture, shade: (F,) of the faces.
         faces: (S, height, width), from `cover`.
         subsamples: (S, 2) float32 of SUBSAMPLES.
-        texels, offsets, sizes: of a `TextureBank`.
+        bank: a `TextureBank`.
         anisotropy: most samples along a footprint's longer axis.
         sky: (channels,) float32.
         image: out, (height, width, channels) uint8.
     """
-    n_samples, height, width = faces.shape
-    channels = image.shape[2]
-    colour = np.empty(channels, dtype=np.float32)
+    _, height, width = faces.shape
+    footprints = np.empty((_N_FOOTPRINT, width), dtype=np.float32)
+    colours = np.empty((width, bank.channels), dtype=np.float32)
     for y in range(height):
+        colours[:] = _ZERO
+        begin = 0
+        while begin < width:
+            i = faces[0, y, begin]
+            end = _run_end(faces, y, begin)
+            if end == begin:
+                _add_edge(
+                    planes, texture, shade, faces, subsamples, bank, anisotropy, sky, y, begin,
+                    footprints, colours,
+                )  # fmt: skip
+                end = begin + 1
+            elif i < 0:
+                for x in range(begin, end):
+                    for q in range(bank.channels):
+                        colours[x, q] = sky[q]
+            else:
+                k = texture[i]
+                _footprints(
+                    planes[i], begin, end, _ZERO, F(y), F(bank.sizes[k]), F(anisotropy), footprints
+                )
+                for x in range(begin, end):
+                    _add_texture(bank, k, footprints, x, shade[i], colours)
+            begin = end
         for x in range(width):
-            colour[:] = _ZERO
-            for s in range(n_samples):
-                count, cx, cy = _share(faces, subsamples, s, y, x)
-                if count == 0:
-                    continue
-                weight, i = F(count) / F(n_samples), faces[s, y, x]
-                if i < 0:
-                    for q in range(channels):
-                        colour[q] += weight * sky[q]
-                else:
-                    k = texture[i]
-                    size = sizes[k]
-                    u, v, step_u, step_v, taps, level, blend = _footprint(
-                        planes[i], F(x) + cx, F(y) + cy, size, anisotropy
-                    )
-                    gain = weight * shade[i] / F(taps)
-                    for q in range(channels):
-                        value = _filtered(
-                            texels, offsets[k, level], size >> level, channels, q,
-                            u, v, step_u, step_v, taps,
-                        )  # fmt: skip
-                        if blend > F(1 / 64):
-                            coarse = _filtered(
-                                texels, offsets[k, level + 1], size >> (level + 1), channels, q,
-                                u, v, step_u, step_v, taps,
-                            )  # fmt: skip
-                            value += blend * (coarse - value)
-                        colour[q] += gain * value
-                if count == n_samples:
-                    break
-            for q in range(channels):
-                image[y, x, q] = np.uint8(min(max(colour[q] + _HALF, _ZERO), F(255)))
+            for q in range(bank.channels):
+                image[y, x, q] = np.uint8(min(max(colours[x, q] + _HALF, _ZERO), F(255)))
+
+
+@kernel
+def _run_end(faces: Any, y: int, begin: int) -> int:
+    """One past the last of the pixels from `begin` on that show one face with all sub-samples."""
+    i, end, width = faces[0, y, begin], begin, faces.shape[2]
+    while end < width:
+        for s in range(faces.shape[0]):
+            if faces[s, y, end] != i:
+                return end
+        end += 1
+    return end
+
+
+@kernel
+def _add_edge(
+    planes: Any,
+    texture: Any,
+    shade: Any,
+    faces: Any,
+    subsamples: Any,
+    bank: Any,
+    anisotropy: int,
+    sky: Any,
+    y: int,
+    x: int,
+    footprints: Any,
+    colours: Any,
+) -> None:
+    """Colour one pixel that shows several faces."""
+    n_samples = faces.shape[0]
+    for s in range(n_samples):
+        i = faces[s, y, x]
+        count, dx, dy = _share(faces, subsamples, s, y, x)
+        weight = F(count) / F(n_samples)
+        if count > 0 and i < 0:
+            for q in range(bank.channels):
+                colours[x, q] += weight * sky[q]
+        elif count > 0:
+            k = texture[i]
+            _footprints(
+                planes[i], x, x + 1, dx, F(y) + dy, F(bank.sizes[k]), F(anisotropy), footprints
+            )
+            _add_texture(bank, k, footprints, x, weight * shade[i], colours)
 
 
 @kernel
 def _share(faces: Any, subsamples: Any, s: int, y: int, x: int) -> Any:
-    """Sub-samples that see the face of sub-sample s, and their centroid; none if told before."""
+    """Sub-samples that see the face of sub-sample s, and their centroid; 0 if told before."""
     i = faces[s, y, x]
-    for r in range(s):
+    count, dx, dy = 0, _ZERO, _ZERO
+    for r in range(faces.shape[0]):
         if faces[r, y, x] == i:
-            return 0, _ZERO, _ZERO
-    count, cx, cy = 0, _ZERO, _ZERO
-    for r in range(s, faces.shape[0]):
-        if faces[r, y, x] == i:
+            if r < s:
+                return 0, _ZERO, _ZERO
             count += 1
-            cx += subsamples[r, 0]
-            cy += subsamples[r, 1]
-    return count, cx / F(count), cy / F(count)
+            dx += subsamples[r, 0]
+            dy += subsamples[r, 1]
+    return count, dx / F(count), dy / F(count)
+
+
+@kernel
+def _footprints(
+    p: Any, begin: int, end: int, dx: Any, y: Any, size: Any, anisotropy: Any, out: Any
+) -> None:
+    """Where the pixels [begin, end) of a row, sampled at x + dx and y, lie on their texture.
+
+    Every operation is one that vector units have, and conditions are selections, not branches.
+    """
+    p0, p1, p3, p4, p7, p8 = p[0], p[1], p[3], p[4], p[7], p[8]
+    w0, u0, v0 = p1 * y + p[2], p4 * y + p[5], p8 * y + p[9]
+    u_origin, v_origin = p[6], p[10]
+    for k in range(begin, end):
+        x = F(k) + dx
+        z = _ONE / (p0 * x + w0)
+        u, v = (p3 * x + u0) * z, (p7 * x + v0) * z
+        texels = z * size  # derivatives in texels a pixel, exact
+        ux, uy = (p3 - u * p0) * texels, (p4 - u * p1) * texels
+        vx, vy = (p7 - v * p0) * texels, (p8 - v * p1) * texels
+        across, down = ux * ux + vx * vx, uy * uy + vy * vy
+        lying = across > down
+        longer = np.sqrt(across if lying else down)
+        shorter = np.sqrt(down if lying else across)
+        taps = np.floor(longer / (shorter if shorter > _ONE else _ONE) + F(0.95))
+        taps = taps if taps > _ONE else _ONE
+        taps = taps if taps < anisotropy else anisotropy
+        width = longer / taps
+        # A step in tiles; the taps together reach over one tile at most.
+        reach = longer if longer > size else size
+        step = _ONE / (taps * reach)
+        out[_U, k] = u + u_origin - np.floor(u + u_origin)
+        out[_V, k] = v + v_origin - np.floor(v + v_origin)
+        out[_STEP_U, k] = (ux if lying else uy) * step
+        out[_STEP_V, k] = (vx if lying else vy) * step
+        out[_TAPS, k] = taps
+        out[_WIDTH, k] = width if width < size * _HALF else size * _HALF
 
 
 @inlined
-def _footprint(p: Any, x: Any, y: Any, size: int, anisotropy: int) -> Any:
-    """Where a pixel lies on its texture, and how it is to be filtered.
-
-    Returns:
-        u, v in [0, 1); the step between taps along the footprint's longer axis; the number of
-        taps; the finer of the two mip levels, and the weight of the coarser.
-    """
-    n = F(size)
-    z = _ONE / (p[0] * x + p[1] * y + p[2])
-    un = (p[3] * x + p[4] * y + p[5]) * z
-    vn = (p[7] * x + p[8] * y + p[9]) * z
-    zn = z * n
-    ux, uy = (p[3] - un * p[0]) * zn, (p[4] - un * p[1]) * zn  # texels a pixel, exact
-    vx, vy = (p[7] - vn * p[0]) * zn, (p[8] - vn * p[1]) * zn
-    across, down = ux * ux + vx * vx, uy * uy + vy * vy
-    longer: Any = math.sqrt(max(across, down))
-    step_u, step_v = _ZERO, _ZERO
-    taps = 1
-    if anisotropy > 1 and longer > _ONE:
-        shorter: Any = math.sqrt(min(across, down))
-        taps = min(anisotropy, max(1, int(longer / max(shorter, _ONE) + F(0.95))))
-        if taps > 1:
-            spread = _ONE / (n * F(taps)) * min(_ONE, n / longer)  # at most one tile
-            step_u, step_v = (ux, vx) if across > down else (uy, vy)
-            step_u *= spread
-            step_v *= spread
-    width = min(longer / F(taps), F(size // 2))
-    level = 0
+def _add_texture(
+    bank: Any, texture: int, footprints: Any, x: int, weight: Any, colours: Any
+) -> None:
+    """Add weight times the texture under the footprint x, blended between two scales."""
+    width, level = footprints[_WIDTH, x], 0
     while width >= _TWO:
         width *= _HALF
         level += 1
-    u, v = un + p[6], vn + p[10]
-    blend = min(max(width - _ONE, _ZERO), _ONE)
-    return u - np.floor(u), v - np.floor(v), step_u, step_v, taps, level, blend
+    blend, side = width - _ONE, bank.sizes[texture] >> level
+    gain = weight / footprints[_TAPS, x]
+    for q in range(bank.channels):
+        fine = bank.offsets[texture, level] + q
+        value = _taps(bank.texels, fine, side, bank.channels, footprints, x)
+        if blend > F(1 / 64):
+            coarse = bank.offsets[texture, level + 1] + q
+            other = _taps(bank.texels, coarse, side >> 1, bank.channels, footprints, x)
+            value += blend * (other - value)
+        colours[x, q] += gain * value
 
 
 @inlined
-def _filtered(
-    texels: Any, offset: int, n: int, channels: int, channel: int,
-    u: Any, v: Any, step_u: Any, step_v: Any, taps: int,
-) -> Any:  # fmt: skip
-    """Sum of the taps' bilinear samples of one channel of one mip level of side n."""
-    size, total = F(n), _ZERO
-    away = _HALF * F(1 - taps)
+def _taps(texels: Any, offset: int, side: int, channels: int, footprints: Any, x: int) -> Any:
+    """Sum of the bilinear samples along a footprint, on the level of a side at an offset."""
+    last, size, taps = side - 1, F(side), int(footprints[_TAPS, x])
+    u, v = footprints[_U, x], footprints[_V, x]
+    step_u, step_v = footprints[_STEP_U, x], footprints[_STEP_V, x]
+    away, total = _HALF * F(1 - taps), _ZERO
     for _ in range(taps):
         # One tile further, so that conversion to an integer rounds down.
         a = (u + away * step_u + _ONE) * size - _HALF
         b = (v + away * step_v + _ONE) * size - _HALF
         away += _ONE
-        ia, ib = int(a), int(b)
-        fa, fb = a - F(ia), b - F(ib)
-        left, right = (ia & (n - 1)) * channels + channel, ((ia + 1) & (n - 1)) * channels + channel
-        upper, lower = (
-            offset + (ib & (n - 1)) * n * channels,
-            offset + ((ib + 1) & (n - 1)) * n * channels,
-        )
+        column, row = int(a), int(b)
+        fa, fb = a - F(column), b - F(row)
+        left, right = (column & last) * channels, ((column + 1) & last) * channels
+        upper = offset + (row & last) * side * channels
+        lower = offset + ((row + 1) & last) * side * channels
         t0, b0 = F(texels[upper + left]), F(texels[lower + left])
         top = t0 + fa * (F(texels[upper + right]) - t0)
         bottom = b0 + fa * (F(texels[lower + right]) - b0)

@@ -4,9 +4,8 @@ Every world draws on the same bank, which is built once a process (about 0.3 s):
 what stands where, not by the grain of its gravel, and a reset costs no texture.
 """
 
-from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,9 +30,8 @@ _LUMA = (0.299, 0.587, 0.114)
 Image = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class TextureBank:
-    """Every texture of TEXTURES at every scale, in one flat array, for kernels."""
+class TextureBank(NamedTuple):
+    """Every texture of TEXTURES at every scale, in one flat array, as kernels take it."""
 
     texels: NDArray[np.uint8]
     """Flat; a level of side n holds n * n * channels values in the order row, column, channel."""

@@ -1,0 +1,122 @@
+"""How fast the simulated robot runs, and how much faster than what most would write."""
+
+import time
+from collections.abc import Callable
+from itertools import cycle
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grouser.envs.sensors.lidar import PlanarLidar
+from grouser.envs.sensors.stereo import EYES, Stereo
+from grouser.envs.simulation.motion import Motion
+from grouser.envs.simulation.robot import RobotModel, TrackedRobot
+from grouser.envs.simulation.worlds import World, make_world
+from grouser.envs.tracked_robot import CONTROL_DT, SENSORS, TrackedRobotEnv
+from grouser.scripts.naive_stack import NaiveStack
+
+Figures = dict[str, tuple[float, str]]
+
+_SEED = 0
+_ROUNDS = 8
+
+
+def whole_environment() -> Figures:
+    """Steps a second with stereo 320x240, lidar, tracks and imu, and those of the naive stack.
+
+    The two take turns, so that whatever else the machine does slows both.
+    """
+    env = TrackedRobotEnv()
+    env.reset(seed=_SEED)
+    naive = NaiveStack(_world(), env.rig, RobotModel())
+    actions = cycle(_actions())
+    ours, theirs = [], []
+    env.step(next(actions))  # the kernels load
+    naive.step(next(actions))
+    for _ in range(_ROUNDS):
+        ours += [_seconds(lambda: env.step(next(actions))) for _ in range(12)]
+        theirs += [_seconds(lambda: naive.step(next(actions))) for _ in range(3)]
+    env.close()
+    naive.close()
+    own_rate, naive_rate = 1 / np.median(ours), 1 / np.median(theirs)
+    return {
+        "environment.steps_per_second": (float(own_rate), "1/s"),
+        "environment.naive_steps_per_second": (float(naive_rate), "1/s"),
+        "environment.raster_over_naive": (float(own_rate / naive_rate), "ratio"),
+    }
+
+
+def without_images() -> Figures:
+    """Steps a second with lidar, tracks and imu alone, and how long a reset takes."""
+    env = TrackedRobotEnv(sensors=[key for key in SENSORS if key not in EYES])
+    env.reset(seed=_SEED)
+    actions = cycle(_actions())
+    steps = [_seconds(lambda: env.step(next(actions))) for _ in range(300)]
+    env.close()
+    full = TrackedRobotEnv()
+    full.reset(seed=_SEED)
+    resets = [_seconds(full.reset) for _ in range(10)]
+    full.close()
+    return {
+        "environment.steps_per_second_without_images": (float(1 / np.median(steps)), "1/s"),
+        "environment.reset_ms": (1e3 * float(np.median(resets)), "ms"),
+    }
+
+
+def parts() -> Figures:
+    """Where a step's time goes: physics, a pair of images, one image, a scan."""
+    world, rig = _world(), TrackedRobotEnv(sensors=()).rig
+    assert rig.stereo is not None and rig.lidar is not None
+    robot = TrackedRobot(RobotModel(), dt=CONTROL_DT)
+    motion = robot.enter(world)
+    action = np.array([0.3, 0.2])
+    physics = _median(lambda: robot.step(action), 100)
+    robot.close()
+    scan = _median(_scan(PlanarLidar(rig.lidar), world, motion), 300)
+    pair = Stereo(rig.stereo, eyes=EYES, color=False, noise=1.5)
+    left = Stereo(rig.stereo, eyes=EYES[:1], color=False, noise=1.5)
+    pair_time = _median(_scan(pair, world, motion), 60)
+    left_time = _median(_scan(left, world, motion), 60)
+    pair.close()
+    return {
+        "environment.physics_us": (1e6 * physics, "us"),
+        "environment.lidar_us": (1e6 * scan, "us"),
+        "environment.pair_320x240_ms": (1e3 * pair_time, "ms"),
+        "environment.image_320x240_ms": (1e3 * left_time, "ms"),
+    }
+
+
+BENCHMARKS: dict[str, Callable[[], Figures]] = {
+    "environment": whole_environment,
+    "environment-without-images": without_images,
+    "environment-parts": parts,
+}
+
+
+def _world() -> World:
+    return make_world("yard", np.random.default_rng(_SEED))
+
+
+def _actions() -> list[NDArray[np.float32]]:
+    """Curves to either side, within the place that is kept clear."""
+    return [
+        np.array(pair, np.float32)
+        for pair in [(0.6, 0.4)] * 20 + [(0.4, 0.6)] * 20 + [(-0.5, 0.5)] * 10
+    ]
+
+
+def _scan(sensor: PlanarLidar | Stereo, world: World, motion: Motion) -> Callable[[], object]:
+    rngs = np.random.default_rng(_SEED).spawn(len(SENSORS))
+    sensor.enter(world, dict(zip(SENSORS, rngs, strict=True)))
+    return lambda: sensor.read(motion)
+
+
+def _median(call: Callable[[], object], n: int) -> float:
+    call()
+    return float(np.median([_seconds(call) for _ in range(n)]))
+
+
+def _seconds(call: Callable[[], object]) -> float:
+    start = time.perf_counter()
+    call()
+    return time.perf_counter() - start
