@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 
 from grouser.estimators.visual.matching import Matches
+from grouser.estimators.visual.prior import MotionPrior
 from grouser.estimators.visual.solver import Hypothesis, MotionSolver
 from grouser.geometry import Array, inverse_transform, rotate, transform
 from grouser.rig import StereoCamera
@@ -25,7 +26,7 @@ class FivePointRansac(MotionSolver):
         )
 
     def solve(
-        self, matches: Matches, prior_sigma: Array, noise: Array, rng: np.random.Generator
+        self, matches: Matches, prior: MotionPrior, noise: Array, rng: np.random.Generator
     ) -> Hypothesis | None:
         if len(matches.reference) < _SAMPLE:
             return None

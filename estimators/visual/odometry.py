@@ -18,8 +18,14 @@ from grouser.estimators.visual.prediction import (
     TrackPredictor,
     VelocityPredictor,
 )
-from grouser.estimators.visual.prior import ChassisPrior
-from grouser.estimators.visual.sight import Expectation, KeyframeSight, Sight
+from grouser.estimators.visual.prior import ChassisPrior, MotionPrior
+from grouser.estimators.visual.sight import (
+    Expectation,
+    KeyframeSight,
+    Sight,
+    pose_motion,
+    pose_to_motion,
+)
 from grouser.geometry import Array, between, compose, compose_jacobians
 from grouser.rig import Rig, StereoCamera
 
@@ -93,10 +99,10 @@ class VisualOdometry(PoseEstimator):
         self._sight = KeyframeSight(
             rig.stereo,
             SOLVERS[solver](rig.stereo),
-            prior=ChassisPrior(tilt_floor=roll_pitch_prior, side_per_chord=side_slip_prior),
             matching=MatchingOptions(max_points=max_points),
             noise=np.array([_CUT, _CUT, disparity, place, place, disparity]) ** 2,
         )
+        self._prior = ChassisPrior(tilt_floor=roll_pitch_prior, side_per_chord=side_slip_prior)
         self._max_points = max_points
         self._track_noise = TrackNoise(scale=track_noise)
         self._turn_noise = turn_noise
@@ -134,7 +140,7 @@ class VisualOdometry(PoseEstimator):
         frame = self._extract(observation)
         extracted = time.perf_counter()
         expected = self._predict(observation)
-        sight = self._sight.look(self._keyframe, frame, expected, self._rng)
+        sight = self._sight.look(self._keyframe, frame, expected, self._believe(), self._rng)
         looked = time.perf_counter()
         fused = self._fuse(sight)
         relative = self._filter.relative(fused)
@@ -178,6 +184,13 @@ class VisualOdometry(PoseEstimator):
         noise = increment.covariance + increment.by_biases @ biases @ increment.by_biases.T
         covariance = F @ self._believed.covariance @ F.T + V @ noise @ V.T
         return Expectation(compose(self._believed.pose, increment.pose), covariance)
+
+    def _believe(self) -> MotionPrior:
+        """The prior of the motion since the keyframe, from the prediction alone."""
+        predicted = self._predicted
+        by_pose = pose_to_motion(predicted.pose)[2]
+        side_sigma = float(np.sqrt(by_pose @ predicted.covariance @ by_pose))
+        return self._prior.about(pose_motion(predicted.pose), side_sigma, self._camera.mount_sigma)
 
     def _fuse(self, sight: Sight) -> Fused:
         if sight.motion is None:

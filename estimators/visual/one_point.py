@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from grouser.estimators.visual.matching import Matches
 from grouser.estimators.visual.planar import PlanarSolver
-from grouser.estimators.visual.prior import tolerance
+from grouser.estimators.visual.prior import MotionPrior
 from grouser.estimators.visual.solver import Hypothesis, MotionSolver
 from grouser.geometry import Array
 from grouser.rig import StereoCamera
@@ -29,11 +29,11 @@ class OnePointRansac(MotionSolver):
         self._solver = PlanarSolver(camera)
 
     def solve(
-        self, matches: Matches, prior_sigma: Array, noise: Array, rng: np.random.Generator
+        self, matches: Matches, prior: MotionPrior, noise: Array, rng: np.random.Generator
     ) -> Hypothesis | None:
         points = self._solver.level(matches.reference, matches.current)
-        slack = tolerance(prior_sigma)
-        turns, turn_sigmas = self._solver.turns(points, noise, slack)
+        slack = prior.tolerance
+        turns, turn_sigmas = self._solver.turns(points, noise, slack, side=prior.side)
         turn, agree, trials = consensus(turns, turn_sigmas, rng)
         if turn is None:
             return None
@@ -42,7 +42,7 @@ class OnePointRansac(MotionSolver):
         chord, inliers, more = consensus(chords, chord_sigmas, rng)
         if chord is None:
             return None
-        motion = np.array([turn, chord, 0.0, 0.0, 0.0, 0.0])
+        motion = np.array([turn, chord, prior.side, 0.0, 0.0, 0.0])
         return Hypothesis(motion, inliers, trials + more)
 
 

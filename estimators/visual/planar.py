@@ -62,11 +62,20 @@ class PlanarSolver:
         return np.asarray(rays @ self._level.T)
 
     def turns(
-        self, points: LevelledPoints, noise: Array, tolerance: ChassisTolerance
+        self,
+        points: LevelledPoints,
+        noise: Array,
+        tolerance: ChassisTolerance,
+        *,
+        side: float = 0.0,
     ) -> tuple[Array, Array]:
         """theta (n,) [rad] from each point and its sigma (n,) (SPEC 1.2, 1.4).
 
-        noise: (6,) variances of u, v, d in the reference and the current frame [px^2].
+        Args:
+            noise: (6,) variances of u, v, d in the reference and the current frame [px^2].
+            side: displacement s across the half-angle frame [m], where the path between the frames
+                was no single arc. SPEC 1.2 has s = 0; with it, in metric coordinates,
+                (x' - x) cos(phi) - s = (z + z' + 2a) sin(phi).
         """
         q, d, q_, d_ = points.q, points.d, points.q_, points.d_
         k1, k2 = self._mix(points)
@@ -85,7 +94,12 @@ class PlanarSolver:
         by_d_ = k2 * by_m_ + across * lever * m
         variance = self._variance(points, by_q, by_d, by_q_, by_d_, noise, tolerance)
         # A quarter turn between frames is out of reach, so the sign of the fraction's parts is free
-        return 2 * np.arctan(top / bottom), 2 * np.sqrt(variance)
+        phi = np.arctan(top / bottom)
+        if side:
+            # |(x' - x, z + z' + 2a)|, whose inverse stays finite at d = 0
+            closeness = np.abs(m * m_) * (d + d_) / (self._baseline * np.abs(m + m_))
+            phi = phi - np.arcsin(np.clip(side * closeness / np.sqrt(norm), -1, 1))
+        return 2 * phi, 2 * np.sqrt(variance)
 
     def chords(
         self, points: LevelledPoints, turn: float, noise: Array, tolerance: ChassisTolerance

@@ -2,6 +2,10 @@
 
 The paper takes both for laws. A real chassis rolls and pitches by tenths of a degree a frame and
 slips sideways, which at 20 m range is pixels; so they are priors here, stated in one place.
+
+The constraint holds at every moment, not between the ends of a path: who turns left, then right,
+ends up beside the chord of an arc. Over several frames the prior of `side` is therefore about what
+the prediction says.
 """
 
 from dataclasses import dataclass
@@ -10,6 +14,28 @@ import numpy as np
 
 from grouser.estimators.visual.planar import ChassisTolerance
 from grouser.geometry import Array
+
+
+@dataclass(frozen=True, slots=True)
+class MotionPrior:
+    """What is believed of a motion (see `visual.motion`) before the images are compared."""
+
+    mean: Array
+    """(6,)"""
+    sigma: Array
+    """(6,); vague for turn and chord, which vision alone shall tell"""
+
+    @property
+    def side(self) -> float:
+        """Expected displacement across the half-angle frame, m."""
+        return float(self.mean[2])
+
+    @property
+    def tolerance(self) -> ChassisTolerance:
+        """What one-point hypotheses must tolerate."""
+        return ChassisTolerance(
+            height=float(self.sigma[3]), roll=float(self.sigma[4]), pitch=float(self.sigma[5])
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,25 +57,24 @@ class ChassisPrior:
     tilt_per_chord: float = 0.005
     """rad per m along"""
 
-    def sigma(self, turn: float, chord: float, mount_sigma: Array) -> Array:
-        """(6,) sigma of a motion (see `visual.motion`); turn and chord have a vague prior here.
+    def about(self, motion: Array, side_sigma: float, mount_sigma: Array) -> MotionPrior:
+        """The prior of a motion predicted as turn, chord, side (3,).
 
-        mount_sigma: (6,) how well the camera's place on the robot is known; an unknown lever arm
-        looks like side slip in a turn, an unknown pitch like climbing.
+        Args:
+            side_sigma: how sure the prediction is of its side, m.
+            mount_sigma: (6,) how well the camera's place on the robot is known; an unknown lever
+                arm looks like side slip in a turn, an unknown pitch like climbing.
         """
+        turn, chord = motion[:2]
         turned, driven = abs(turn), abs(chord)
-        side = np.hypot(self.side_per_turn, mount_sigma[0]) * turned
+        side = side_sigma + np.hypot(self.side_per_turn, mount_sigma[0]) * turned
         side += np.hypot(self.side_per_chord, mount_sigma[5]) * driven + self.side_floor
         height = np.hypot(self.height_per_chord, mount_sigma[4]) * driven + self.height_floor
         tilt = self.tilt_floor + self.tilt_per_chord * driven
         roll = np.hypot(tilt, mount_sigma[3] * turned)
         pitch = np.hypot(tilt, mount_sigma[4] * turned)
-        return np.array([_VAGUE_TURN, _VAGUE_CHORD, side, height, roll, pitch])
+        mean = np.concatenate([motion, np.zeros(3)])
+        return MotionPrior(mean, np.array([_VAGUE_TURN, _VAGUE_CHORD, side, height, roll, pitch]))
 
 
 _VAGUE_TURN, _VAGUE_CHORD = 1.0, 10.0
-
-
-def tolerance(sigma: Array) -> ChassisTolerance:
-    """What one-point hypotheses must tolerate under the prior sigma (6,) of a motion."""
-    return ChassisTolerance(height=float(sigma[3]), roll=float(sigma[4]), pitch=float(sigma[5]))

@@ -12,6 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from grouser.estimators.visual.motion import COMPILED, camera_motion, measure
+from grouser.estimators.visual.prior import MotionPrior
 from grouser.geometry import Array
 
 GATE = 11.34
@@ -43,7 +44,7 @@ def refine(
     *,
     start: Array,
     supporters: NDArray[np.bool_],
-    prior_sigma: Array,
+    prior: MotionPrior,
     noise: Array,
     T_base_camera: Array,
     camera: Array,
@@ -55,7 +56,7 @@ def refine(
         reference, current: (n, 3) u, v, d [px] of the same points in the two frames.
         start: (6,) first guess, good to a few pixels.
         supporters: (n,) points believed to be right; their errors tell how noisy pixels are.
-        prior_sigma: (6,) of the motion about zero; finite, if wide.
+        prior: of the motion; its sigmas are finite, if wide.
         noise: (6,) variances of u, v, d in the reference and in the current frame [px^2].
         T_base_camera: (4, 4) mount; camera: (5,) from `intrinsics`.
     """
@@ -64,7 +65,8 @@ def refine(
         np.ascontiguousarray(current),
         start,
         np.flatnonzero(supporters),
-        1.0 / prior_sigma**2,
+        prior.mean,
+        1.0 / prior.sigma**2,
         noise,
         T_base_camera,
         camera,
@@ -105,6 +107,7 @@ def _gauss_newton(
     current: Array,
     start: Array,
     supporters: NDArray[np.int64],
+    prior_mean: Array,
     prior_information: Array,
     noise: Array,
     T_base_camera: Array,
@@ -128,7 +131,7 @@ def _gauss_newton(
         )  # fmt: skip
         # Noisier images than assumed must widen the gate, not starve the estimate.
         scale = max(1.0, np.median(errors[supporters]) / _MEDIAN_ERROR)
-        H, g = np.diag(prior_information), -prior_information * motion
+        H, g = np.diag(prior_information), prior_information * (prior_mean - motion)
         by_disparity[:] = 0.0
         for i in range(n):
             if errors[i] < GATE * scale:

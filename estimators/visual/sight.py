@@ -9,7 +9,7 @@ from grouser.estimators.visual.frontend import Keyframe, StereoFrame
 from grouser.estimators.visual.fusion import RelativePose
 from grouser.estimators.visual.matching import MatchingOptions, Prediction, match_frames
 from grouser.estimators.visual.motion import intrinsics, predict_points
-from grouser.estimators.visual.prior import ChassisPrior
+from grouser.estimators.visual.prior import MotionPrior
 from grouser.estimators.visual.refine import refine
 from grouser.estimators.visual.solver import MotionSolver
 from grouser.geometry import Array, rotate
@@ -75,7 +75,6 @@ class KeyframeSight:
         camera: StereoCamera,
         solver: MotionSolver,
         *,
-        prior: ChassisPrior,
         matching: MatchingOptions,
         noise: Array,
     ) -> None:
@@ -83,7 +82,6 @@ class KeyframeSight:
         self._camera = camera
         self._intrinsics = intrinsics(camera)
         self._solver = solver
-        self._prior = prior
         self._matching = matching
         self._noise = noise
 
@@ -92,25 +90,28 @@ class KeyframeSight:
         keyframe: Keyframe,
         frame: StereoFrame,
         expected: Expectation,
+        prior: MotionPrior,
         rng: np.random.Generator,
     ) -> Sight:
-        """The motion from keyframe to frame; a wide search is followed by a second, narrow one."""
-        mean, covariance, width = self._search_prior(keyframe, expected)
-        sight = self._try(keyframe, frame, mean, covariance, rng)
+        """The motion from keyframe to frame; a wide search is followed by a second, narrow one.
+
+        Args:
+            expected: where to search.
+            prior: what to believe besides; independent of what was seen of this keyframe before.
+        """
+        mean, covariance, width = self._search_prior(keyframe, expected, prior)
+        sight = self._try(keyframe, frame, mean, covariance, prior, rng)
         if width > _WIDE_SEARCH and sight.motion is not None:
-            again = self._try(keyframe, frame, sight.motion, sight.covariance, rng)
+            again = self._try(keyframe, frame, sight.motion, sight.covariance, prior, rng)
             sight = again if again.motion is not None else sight
         return sight
 
     def _search_prior(
-        self, keyframe: Keyframe, expected: Expectation
+        self, keyframe: Keyframe, expected: Expectation, prior: MotionPrior
     ) -> tuple[Array, Array, float]:
         """Mean (6,) and covariance (6, 6) of the motion, and half the search width, px / 320."""
-        mean = np.zeros(6)
-        mean[0] = expected.pose[2]
-        mean[1:3] = rotate(-mean[0] / 2, expected.pose[:2])
-        sigma = self._prior.sigma(mean[0], mean[1], self._camera.mount_sigma)
-        covariance = np.diag(np.concatenate([np.zeros(2), sigma[2:] ** 2]))
+        mean = np.concatenate([pose_motion(expected.pose), prior.mean[3:]])
+        covariance = np.diag(np.concatenate([np.zeros(2), prior.sigma[2:] ** 2]))
         to_motion = pose_to_motion(expected.pose)
         covariance[:3, :3] += to_motion @ expected.covariance @ to_motion.T
         if len(keyframe.points) == 0:
@@ -138,6 +139,7 @@ class KeyframeSight:
         frame: StereoFrame,
         mean: Array,
         covariance: Array,
+        prior: MotionPrior,
         rng: np.random.Generator,
     ) -> Sight:
         camera, started = self._camera, time.perf_counter()
@@ -159,8 +161,7 @@ class KeyframeSight:
         blind = Sight(None, np.zeros((6, 6)), np.zeros(6), diagnostics)
         if found < FEWEST_MATCHES:
             return blind
-        sigma = self._prior.sigma(mean[0], mean[1], camera.mount_sigma)
-        hypothesis = self._solver.solve(matches, sigma, self._noise, rng)
+        hypothesis = self._solver.solve(matches, prior, self._noise, rng)
         solved = time.perf_counter()
         if hypothesis is None or hypothesis.inliers.sum() < FEWEST_AGREEING:
             return blind
@@ -169,7 +170,7 @@ class KeyframeSight:
             matches.current,
             start=hypothesis.motion,
             supporters=hypothesis.inliers,
-            prior_sigma=sigma,
+            prior=prior,
             noise=self._noise,
             T_base_camera=camera.T_base_camera,
             camera=self._intrinsics,
@@ -190,9 +191,14 @@ class KeyframeSight:
         return Sight(refined.motion, covariance, refined.by_disparity, diagnostics)
 
 
+def pose_motion(pose: Array) -> Array:
+    """(turn, chord, side) of a pose (x, y, heading)."""
+    return np.append(pose[2], rotate(-pose[2] / 2, pose[:2]))
+
+
 def pose_to_motion(pose: Array) -> Array:
     """(3, 3) derivative of (turn, chord, side) with respect to the pose (x, y, heading)."""
     half = pose[2] / 2
     c, s = np.cos(half), np.sin(half)
-    chord, side = rotate(-half, pose[:2])
+    _, chord, side = pose_motion(pose)
     return np.array([[0.0, 0.0, 1.0], [c, s, side / 2], [-s, c, -chord / 2]])

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grouser.estimators.visual.matching import Matches
+from grouser.estimators.visual.prior import MotionPrior
 from grouser.geometry import Array
 
 
@@ -27,12 +28,12 @@ class MotionSolver(ABC):
 
     @abstractmethod
     def solve(
-        self, matches: Matches, prior_sigma: Array, noise: Array, rng: np.random.Generator
+        self, matches: Matches, prior: MotionPrior, noise: Array, rng: np.random.Generator
     ) -> Hypothesis | None:
         """The best hypothesis, or None where no minimal sample gives a motion.
 
         Args:
-            prior_sigma: (6,) how far the motion may be from planar (see `visual.prior`).
+            prior: what is believed of the motion but for its turn and chord.
             noise: (6,) variances of u, v, d in the reference and the current frame [px^2].
             rng: the only source of chance.
         """
