@@ -10,6 +10,7 @@ from grouser.estimators.track_motion import SideSlip, TrackNoise
 from grouser.estimators.visual.five_point import FivePointRansac
 from grouser.estimators.visual.frontend import FrontendOptions, StereoFrame, StereoFrontend, grey
 from grouser.estimators.visual.fusion import NOTHING_YET, Fused, RelativeFilter
+from grouser.estimators.visual.keyframes import KeyframeRule
 from grouser.estimators.visual.matching import MatchingOptions
 from grouser.estimators.visual.motion import chassis_pose
 from grouser.estimators.visual.one_point import OnePointRansac
@@ -57,10 +58,8 @@ class VisualOdometry(PoseEstimator):
         track_scale_sigma: float = 0.05,
         turn_scale_sigma: float = 0.10,
         turn_noise: float = 0.05,
-        scale_walk: float = 5e-4,
         keyframe_distance: float = 0.25,
         keyframe_turn: float = 0.2,
-        keyframe_frames: int = 60,
         lost_after: float = 1.0,
     ) -> None:
         """
@@ -77,10 +76,8 @@ class VisualOdometry(PoseEstimator):
             track_scale_sigma: sigma of a track's unknown scale error.
             turn_scale_sigma: sigma of the effective width's unknown scale error.
             turn_noise: white slip of a turn, as a share of it.
-            scale_walk: how far a scale error wanders a frame, one sigma.
             keyframe_distance: m after which the reference frame is replaced.
             keyframe_turn: rad after which it is.
-            keyframe_frames: frames after which it is.
             lost_after: s of prediction without tracks until the pose is LOST.
 
         Raises:
@@ -103,22 +100,20 @@ class VisualOdometry(PoseEstimator):
             noise=np.array([_CUT, _CUT, disparity, place, place, disparity]) ** 2,
         )
         self._prior = ChassisPrior(tilt_floor=roll_pitch_prior, side_per_chord=side_slip_prior)
-        self._max_points = max_points
         self._track_noise = TrackNoise(scale=track_noise)
         self._turn_noise = turn_noise
         offset = np.hypot(rig.stereo.disparity_sigma, _ALIGNMENT_BIAS)
         self._bias_sigmas = np.array(
             [track_scale_sigma, track_scale_sigma, turn_scale_sigma, offset]
         )
-        self._scale_walk = scale_walk
-        self._keyframe_limits = (keyframe_distance, keyframe_turn, keyframe_frames)
+        self._rule = KeyframeRule(distance=keyframe_distance, turn=keyframe_turn, points=max_points)
         self._lost_after = lost_after
 
     def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
         """Start at pose zero, known exactly, with the first frame as keyframe."""
         self._rng = rng
         self._predictor = self._make_predictor(observation)
-        self._filter = RelativeFilter(bias_sigmas=self._bias_sigmas, scale_walk=self._scale_walk)
+        self._filter = RelativeFilter(bias_sigmas=self._bias_sigmas, scale_walk=_SCALE_WALK)
         self._frontend.reset()
         self._keyframe = self._frontend.make_keyframe(self._extract(observation))
         self._keyframe_pose_3d = np.eye(4)
@@ -155,7 +150,8 @@ class VisualOdometry(PoseEstimator):
             "ms_stereo": 1e3 * (extracted - started),
             "ms_filter": 1e3 * (time.perf_counter() - looked),
         }
-        if self._wants_keyframe(relative, sight):
+        age = self._predicted.frames
+        if self._rule.replaces(relative, sight, frames=age, failures=self._failures):
             self._commit(fused, frame, pose_3d)
         return PoseEstimate(
             pose=fused.state.pose.copy(),
@@ -218,17 +214,6 @@ class VisualOdometry(PoseEstimator):
             return Status.LOST
         return Status.COASTING
 
-    def _wants_keyframe(self, relative: Array, sight: Sight) -> bool:
-        """Whether the overlap with the keyframe runs out (SPEC 1.5, step 6)."""
-        distance, turn, frames = self._keyframe_limits
-        moved = np.hypot(relative[0], relative[1]) > distance or abs(relative[2]) > turn
-        if sight.motion is None:
-            # One blurred frame is no reason to let the keyframe go; a lasting blackout is.
-            return bool(moved) or self._failures >= _PATIENCE
-        few = sight.diagnostics["inliers"] < _FEW_INLIERS * self._max_points
-        few |= sight.diagnostics["candidates"] < self._max_points
-        return bool(moved or few or self._predicted.frames >= frames)
-
     def _commit(self, fused: Fused, frame: StereoFrame, pose_3d: Array) -> None:
         self._filter.commit(fused)
         self._keyframe = self._frontend.make_keyframe(frame)
@@ -238,8 +223,7 @@ class VisualOdometry(PoseEstimator):
 
 
 _FASTEST = np.array([15.0, 1.0, 1.0])  # m/s, m/s, rad/s: one sigma of an unknown velocity
-_PATIENCE = 3
+_SCALE_WALK = 5e-4  # how far a track's scale error wanders a frame, one sigma (SPEC 1.5)
 # px of disparity that interpolation shifts all points by, one sigma; a test measures it.
 _ALIGNMENT_BIAS = 0.02
 _CUT = 1e-3  # px: the keyframe's point is where its patch was cut, by definition
-_FEW_INLIERS = 0.42
