@@ -49,7 +49,7 @@ class NaiveStack:
         to_right[0, 3] = rig.stereo.baseline
         self._mounts = [rig.stereo.T_base_camera, rig.stereo.T_base_camera @ to_right]
 
-    def step(self, action: Array) -> dict[str, NDArray[Any]]:
+    def step(self, action: NDArray[np.float32]) -> dict[str, NDArray[Any]]:
         """Drive for one control step with the speeds (2,) as fractions of the top speed."""
         wheel_rate = self._model.top_speed * action / _WHEEL_RADIUS
         before = self._wheel_angles()

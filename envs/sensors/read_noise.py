@@ -23,7 +23,7 @@ class ReadNoise:
         if self._table is None:
             return image
         drawn = rng.integers(0, 1 << 16, image.size, dtype=np.uint16)
-        noise = self._table[drawn].reshape(image.shape)
+        noise = np.take(self._table, drawn).reshape(image.shape)
         noisy = cv2.add(image, noise, dtype=cv2.CV_8U)  # saturates
         return np.asarray(noisy, dtype=np.uint8).reshape(image.shape)
 

@@ -48,38 +48,46 @@ class ChaseView:
 
 
 def robot_faces(model: RobotModel, T_world_base: Array) -> Faces:
-    """Hull, two tracks, mast and lidar of a robot at a pose (4, 4)."""
-    hull_centre, hull_half = model.hull
-    tracks = model.tracks
-    track_half = np.array([model.length, tracks.width, model.hull_bottom]) / 2
-    track_y, track_z = tracks.gauge / 2, track_half[2]
-    centre = np.array(
-        [
-            hull_centre,
-            [0, track_y, track_z],
-            [0, -track_y, track_z],
-            [0.20, 0, 0.31],
-            [0.20, 0, 0.40],
-            [0, 0, 0.33],
-            [0, 0, 0.45],
-        ]
-    )
-    half_extents = np.array(
-        [
-            hull_half,
-            track_half,
-            track_half,
-            [0.02, 0.02, 0.09],
-            [0.02, 0.09, 0.02],
-            [0.02, 0.02, 0.11],
-            [0.05, 0.05, 0.03],
-        ]
-    )
-    names = ["plaster", "blocks", "blocks", "concrete", "plaster", "concrete", "plaster"]
+    """The robot at a pose (4, 4), made of boxes: hull, two tracks, camera mast and lidar."""
+    parts = [*_tracks(model), *_hull_and_sensors(model)]
+    centre, half_extents = (np.array([part[k] for part in parts]) for k in (0, 1))
     R = T_world_base[:3, :3]
     return oriented_box_faces(
         centre @ R.T + T_world_base[:3, 3],
         half_extents,
-        np.broadcast_to(R, (len(centre), 3, 3)),
-        np.array([TEXTURES.index(name) for name in names]),
+        np.broadcast_to(R, (len(parts), 3, 3)),
+        np.array([TEXTURES.index(part[2]) for part in parts]),
+        np.array([part[3] for part in parts]),
     )
+
+
+_Part = tuple[tuple[float, float, float], tuple[float, float, float], str, float]
+"""Centre and half extents in the robot frame, m; texture; brightness."""
+
+
+def _tracks(model: RobotModel) -> list[_Part]:
+    """Each track as two slabs, of which the lower is as long as what touches the ground."""
+    tracks, middle, top = model.tracks, 0.06, model.hull_bottom + 0.05
+    slabs = [(0.0, middle, tracks.contact_length), (middle, top, tracks.contact_length + 0.13)]
+    return [
+        (
+            (0, side * tracks.gauge / 2, (low + high) / 2),
+            (length / 2, tracks.width / 2, (high - low) / 2),
+            "blocks",
+            0.4,
+        )
+        for side in (1, -1)
+        for low, high, length in slabs
+    ]
+
+
+def _hull_and_sensors(model: RobotModel) -> list[_Part]:
+    """The hull between the tracks, the mast with the two cameras, and the lidar on its post."""
+    between = (model.tracks.gauge - model.tracks.width) / 2
+    return [
+        ((0, 0, 0.15), (model.length / 2, between, 0.07), "plaster", 1.0),
+        ((0.20, 0, 0.31), (0.015, 0.015, 0.09), "concrete", 0.6),
+        ((0.20, 0, 0.40), (0.02, 0.09, 0.02), "plaster", 0.5),
+        ((0, 0, 0.32), (0.015, 0.015, 0.10), "concrete", 0.6),
+        ((0, 0, 0.45), (0.045, 0.045, 0.03), "plaster", 0.3),
+    ]

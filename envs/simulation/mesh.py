@@ -53,14 +53,19 @@ def world_faces(world: World) -> Faces:
 def box_faces(boxes: Boxes) -> Faces:
     """Five faces a box (not the underside)."""
     return oriented_box_faces(
-        boxes.centre, boxes.half_extents, _yaw_rotations(boxes), boxes.texture
+        boxes.centre, boxes.half_extents, _yaw_rotations(boxes), boxes.texture, np.ones(len(boxes))
     )
 
 
 def oriented_box_faces(
-    centre: Array, half_extents: Array, R_world_box: Array, texture: NDArray[np.int64]
+    centre: Array,
+    half_extents: Array,
+    R_world_box: Array,
+    texture: NDArray[np.int64],
+    brightness: Array,
 ) -> Faces:
-    """Five faces a box for boxes (n,) that lie in any direction, R_world_box (n, 3, 3)."""
+    """Five faces a box for boxes (n,) that lie in any direction, R_world_box (n, 3, 3), and whose
+    textures are dimmed to a brightness (n,) of at most 1."""
     n = len(texture)
     half = half_extents[:, None, None, :]
     unit = _NORMAL[:, None] + _ALONG[:, None] * _RIGHT[:, None] + _ABOVE[:, None] * _UP[:, None]
@@ -75,7 +80,8 @@ def oriented_box_faces(
         axis=-1,
     ).reshape(-1, 4, 2)
     uv = metres / texture_metres()[face_texture, None, None] + _decorrelating_offsets(5 * n)
-    return Faces(corners.reshape(-1, 4, 3), uv, _shade(normals), face_texture)
+    shade = _shade(normals) * np.repeat(brightness, 5).astype(np.float32)
+    return Faces(corners.reshape(-1, 4, 3), uv, shade, face_texture)
 
 
 def _ground_face(world: World) -> Faces:

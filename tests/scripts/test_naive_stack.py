@@ -1,0 +1,66 @@
+"""The naive stack stands in the same world as our own: else the comparison would mean nothing."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from grouser.envs.simulation.raycast import RayCaster
+from grouser.envs.simulation.robot import RobotModel
+from grouser.envs.simulation.worlds import World, make_world
+from grouser.envs.tracked_robot import TrackedRobotEnv
+from grouser.geometry import lift
+from grouser.rig import Rig
+from grouser.scripts.benchmark_environment import BENCHMARKS
+from grouser.scripts.naive_stack import NaiveStack
+
+
+@pytest.fixture(scope="module")
+def env() -> Iterator[TrackedRobotEnv]:
+    env = TrackedRobotEnv(image_noise=0.0)
+    yield env
+    env.close()
+
+
+@pytest.fixture(scope="module")
+def world() -> World:
+    return make_world("yard", np.random.default_rng(0))
+
+
+@pytest.fixture(scope="module")
+def naive(world: World, env: TrackedRobotEnv) -> Iterator[NaiveStack]:
+    naive = NaiveStack(world, env.rig, RobotModel())
+    yield naive
+    naive.close()
+
+
+def test_its_lidar_sees_the_same_world(
+    naive: NaiveStack, world: World, env: TrackedRobotEnv
+) -> None:
+    scan = naive.step(np.zeros(2, dtype=np.float32))["lidar"]
+    rig: Rig = env.rig
+    assert rig.lidar is not None
+    T = lift(world.start) @ rig.lidar.T_base_lidar
+    bearing = rig.lidar.bearings
+    beams = np.column_stack([np.cos(bearing), np.sin(bearing), np.zeros(len(bearing))])
+    exact = RayCaster(world.solids).cast(T[:3, 3].copy(), beams @ T[:3, :3].T, rig.lidar.range_max)
+    assert np.median(np.abs(scan - exact)) < 0.02  # the robot stands a little askew on its wheels
+
+
+def test_its_images_show_the_same_world(naive: NaiveStack) -> None:
+    observation = naive.step(np.zeros(2, dtype=np.float32))
+    assert observation["left"].shape == observation["right"].shape == (240, 320)
+    ground = observation["left"][160:].astype(np.float64)
+    assert ground.std() > 30  # textured
+    assert np.abs(observation["left"].astype(np.float64) - observation["right"]).mean() > 5
+
+
+def test_its_wheels_drive_it(naive: NaiveStack) -> None:
+    travelled = sum(naive.step(np.ones(2, dtype=np.float32))["tracks"] for _ in range(3))
+    assert np.all(travelled > 0.05)
+
+
+def test_the_parts_benchmark_gives_figures_with_units() -> None:
+    figures = BENCHMARKS["environment-parts"]()
+    assert {"environment.lidar_us", "environment.physics_us"} <= set(figures)
+    assert all(value > 0 and unit in {"us", "ms"} for value, unit in figures.values())
