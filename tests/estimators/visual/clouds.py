@@ -8,6 +8,7 @@ from math import radians
 import numpy as np
 
 from grouser.estimators.visual.matching import Matches
+from grouser.estimators.visual.prior import MotionPrior
 from grouser.geometry import Array, inverse_transform, rotate, rotation_from_rpy, transform
 from grouser.rig import StereoCamera, camera_mount
 
@@ -73,6 +74,13 @@ def points_of(w: Array, camera: StereoCamera) -> Array:
 def six(turn: float, chord: float, *rest: float) -> Array:
     """(6,) motion: side, height, roll and pitch are zero unless given."""
     return np.array([turn, chord, *rest, *np.zeros(4 - len(rest))])
+
+
+def near_zero(
+    side: float, height: float, roll: float, pitch: float, *, vague: float = 1.0
+) -> MotionPrior:
+    """A prior about no motion with these sigmas; turn and chord [rad, m] are vague."""
+    return MotionPrior(np.zeros(6), np.array([vague, 10 * vague, side, height, roll, pitch]))
 
 
 def chassis(motion: Array) -> Array:

@@ -8,15 +8,16 @@ from hypothesis import strategies as st
 from grouser.estimators.visual.matching import Matches
 from grouser.estimators.visual.motion import intrinsics
 from grouser.estimators.visual.one_point import OnePointRansac, consensus, hypotheses_needed
+from grouser.estimators.visual.prior import MotionPrior
 from grouser.estimators.visual.refine import refine
 from grouser.estimators.visual.solver import Hypothesis
 from grouser.geometry import Array
 from grouser.rig import camera_mount
-from tests.estimators.visual.clouds import matched, six, stereo
+from tests.estimators.visual.clouds import matched, near_zero, six, stereo
 
 CAMERA = stereo(camera_mount(0.15, 0.05, 0.4, pitch=0.17))
 NOISE = np.full(6, 0.3**2)
-RIGID = np.array([1.0, 10.0, 0.0, 0.0, 0.0, 0.0])
+RIGID = near_zero(1e-6, 1e-6, 1e-6, 1e-6)
 TRUTH = six(0.03, 0.1)
 
 
@@ -56,7 +57,7 @@ def test_recall_and_precision_with_the_refinement_that_follows(outlier_ratio: fl
             matches.current,
             start=found.motion,
             supporters=found.inliers,
-            prior_sigma=np.where(RIGID > 0, RIGID, 1e-6),
+            prior=RIGID,
             noise=NOISE,
             T_base_camera=CAMERA.T_base_camera,
             camera=intrinsics(CAMERA),
@@ -101,7 +102,7 @@ def test_the_generator_decides_and_nothing_else() -> None:
     assert len({motion(seed) for seed in range(6)}) > 1
 
 
-def share_agreeing(prior: Array, pitch: float) -> float:
+def share_agreeing(prior: MotionPrior, pitch: float) -> float:
     """Share of perfect points that agree when the chassis pitches by `pitch` [rad]."""
     rng, kept = np.random.default_rng(4), []
     for _ in range(30):
@@ -113,11 +114,27 @@ def share_agreeing(prior: Array, pitch: float) -> float:
 
 
 def test_a_chassis_that_pitches_keeps_its_inliers_thanks_to_the_tolerance() -> None:
-    tolerant = np.array([1.0, 10.0, 0.0, 0.002, 0.003, 0.003])
+    tolerant = near_zero(0.001, 0.002, 0.003, 0.003)
     pitch = float(np.radians(0.2))
     assert share_agreeing(RIGID, 0.0) > 0.95
     assert share_agreeing(tolerant, pitch) > 0.95
     assert share_agreeing(RIGID, pitch) < 0.7
+
+
+def test_a_path_that_was_no_arc_keeps_its_inliers_where_its_side_is_expected() -> None:
+    """Left, then right: between two keyframes the robot ends up beside the chord of an arc."""
+    truth = six(0.03, 0.2, 0.03)
+    expected = MotionPrior(six(0.0, 0.0, 0.03), RIGID.sigma)
+    aware, unaware = [], []
+    for rng in np.random.default_rng(7).spawn(30):
+        matches = matched(rng, CAMERA, truth, noise=NOISE / 4)
+        found = OnePointRansac(CAMERA).solve(matches, expected, NOISE / 4, rng)
+        assert found is not None and np.abs(found.motion - truth).max() < 0.01
+        aware.append(found.inliers.mean())
+        found = OnePointRansac(CAMERA).solve(matches, RIGID, NOISE / 4, rng)
+        unaware.append(0.0 if found is None else found.inliers.mean())
+    assert np.mean(aware) > 0.95
+    assert np.mean(unaware) < 0.8
 
 
 values = st.lists(st.floats(-1.0, 1.0), min_size=1, max_size=30)

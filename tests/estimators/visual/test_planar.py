@@ -59,6 +59,20 @@ def test_points_at_infinity_give_the_turn(mount: Array) -> None:
     assert np.isfinite(sigmas).all()
 
 
+@pytest.mark.parametrize("mount", MOUNTS.values(), ids=MOUNTS.keys())
+def test_a_known_side_is_taken_into_account_exactly(mount: Array) -> None:
+    camera, motion = stereo(mount), six(0.06, 0.3, -0.04)
+    solver = PlanarSolver(camera)
+    matches = matched(np.random.default_rng(7), camera, motion, n=100, depth=(1.5, 9.0))
+    points = solver.level(matches.reference, matches.current)
+    turns, _ = solver.turns(points, NOISE, RIGID, side=-0.04)
+    chords, _ = solver.chords(points, 0.06, NOISE, RIGID)
+    assert np.abs(turns - 0.06).max() < 1e-9
+    assert np.abs(chords - 0.3).max() < 1e-9
+    unaware, _ = solver.turns(points, NOISE, RIGID)
+    assert np.abs(unaware - 0.06).min() > 1e-3
+
+
 def eq_14(reference: Array, current: Array, camera: StereoCamera) -> Array:
     """The turn as the paper prints it."""
     U, V = (reference[:, :2] - [camera.cx, camera.cy]).T

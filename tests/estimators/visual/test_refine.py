@@ -5,22 +5,24 @@ import pytest
 
 from grouser.estimators.visual.matching import Matches
 from grouser.estimators.visual.motion import camera_motion, intrinsics, measure
+from grouser.estimators.visual.prior import MotionPrior
 from grouser.estimators.visual.refine import Refinement, refine
 from grouser.geometry import Array
 from grouser.rig import StereoCamera, camera_mount
-from tests.estimators.visual.clouds import MOTIONS, matched, six, stereo
+from tests.estimators.visual.clouds import MOTIONS, matched, near_zero, six, stereo
 
 CAMERA = stereo(camera_mount(0.15, 0.05, 0.4, pitch=0.17))
 NOISE = np.full(6, 0.3**2)
-PLANAR = np.array([1.0, 10.0, 1e-7, 1e-7, 1e-7, 1e-7])
-LOOSE = np.array([1.0, 10.0, 0.01, 0.01, 0.005, 0.005])
+PLANAR = near_zero(1e-7, 1e-7, 1e-7, 1e-7, vague=1e6)
+LOOSE = near_zero(0.01, 0.01, 0.005, 0.005)
+ANYTHING = near_zero(1e4, 1e4, 1e4, 1e4, vague=1e4)
 
 
 def refined(
     matches: Matches,
     *,
     start: Array,
-    prior: Array = PLANAR,
+    prior: MotionPrior = PLANAR,
     noise: Array = NOISE,
     camera: StereoCamera = CAMERA,
     outliers: int = 0,
@@ -31,7 +33,7 @@ def refined(
         matches.current,
         start=start,
         supporters=supporters,
-        prior_sigma=prior,
+        prior=prior,
         noise=noise,
         T_base_camera=camera.T_base_camera,
         camera=intrinsics(camera),
@@ -42,7 +44,7 @@ def refined(
 def test_without_noise_the_planar_motion_is_exact(motion: tuple[float, float]) -> None:
     truth = six(*motion)
     matches = matched(np.random.default_rng(0), CAMERA, truth, depth=(1.5, 9.0))
-    result = refined(matches, start=truth + six(0.01, -0.02), prior=PLANAR * [1e6, 1e6, 1, 1, 1, 1])
+    result = refined(matches, start=truth + six(0.01, -0.02))
     assert np.abs(result.motion - truth).max() < 1e-9
     assert result.inliers.all()
 
@@ -50,7 +52,7 @@ def test_without_noise_the_planar_motion_is_exact(motion: tuple[float, float]) -
 def test_without_noise_all_six_numbers_are_found() -> None:
     truth = np.array([0.05, 0.1, -0.01, 0.008, 0.006, -0.01])
     matches = matched(np.random.default_rng(1), CAMERA, truth)
-    result = refined(matches, start=six(0.05, 0.1), prior=np.full(6, 1e4))
+    result = refined(matches, start=six(0.05, 0.1), prior=ANYTHING)
     assert np.abs(result.motion - truth).max() < 1e-7
 
 
@@ -69,7 +71,7 @@ def test_turn_and_chord_are_as_uncertain_as_said() -> None:
 def test_six_numbers_drawn_from_their_prior_are_as_uncertain_as_said() -> None:
     nees = []
     for rng in np.random.default_rng(3).spawn(300):
-        truth = np.append([0.03, 0.1], LOOSE[2:] * rng.normal(size=4))
+        truth = np.append([0.03, 0.1], LOOSE.sigma[2:] * rng.normal(size=4))
         matches = matched(rng, CAMERA, truth, noise=NOISE)
         result = refined(matches, start=six(0.03, 0.1), prior=LOOSE)
         error = result.motion - truth
@@ -129,3 +131,28 @@ def test_at_rest_the_chord_has_no_bias_where_plain_reprojection_has() -> None:
         plain[i] = plain_reprojection(matches, rest)[1]
     sigmas = np.sqrt(runs) * np.array([ours.mean() / ours.std(), plain.mean() / plain.std()])
     assert abs(sigmas[0]) < 2.5 < 4 < abs(sigmas[1])
+
+
+def test_without_information_the_prior_is_what_remains() -> None:
+    """Points at infinity hold the turn and nothing of the displacement."""
+    mean = np.array([0.0, 0.1, 0.02, -0.01, 0.0, 0.0])
+    prior = MotionPrior(mean, LOOSE.sigma)
+    matches = matched(np.random.default_rng(7), CAMERA, six(0.05, 0.0), depth=(1e9, 1e10))
+    matches.reference[:, 2] = matches.current[:, 2] = 0.0
+    result = refined(matches, start=np.zeros(6), prior=prior)
+    assert result.motion[0] == pytest.approx(0.05, abs=1e-5)
+    np.testing.assert_allclose(result.motion[1:4], mean[1:4], atol=1e-6)
+
+
+def test_by_disparity_is_what_an_offset_of_all_disparities_does() -> None:
+    truth, offset = np.array([0.04, 0.15, 0.01, 0.0, 0.004, -0.006]), 1e-3
+    matches = matched(np.random.default_rng(8), CAMERA, truth)
+
+    def motion(d: float) -> Array:
+        shifted = [points + [0.0, 0.0, d] for points in (matches.reference, matches.current)]
+        return refined(Matches(shifted[0], shifted[1], 64), start=truth, prior=LOOSE).motion
+
+    difference = (motion(offset) - motion(-offset)) / (2 * offset)
+    stated = refined(matches, start=truth, prior=LOOSE).by_disparity
+    np.testing.assert_allclose(stated, difference, rtol=0.02, atol=2e-5)
+    assert abs(stated[1]) > 1e-3, "distances hang on the disparity"
