@@ -184,9 +184,10 @@ class KeyframeSight:
             "ms_ransac": 1e3 * (solved - matched),
             "ms_refinement": 1e3 * (time.perf_counter() - solved),
         }
+        if refined.inliers.sum() < FEWEST_REFINED:
+            return blind
         covariance = refined.covariance * max(refined.noise_ratio, _LEAST_NOISE)
-        usable = refined.inliers.sum() >= FEWEST_REFINED and covariance[0, 0] < _UNUSABLE_TURN**2
-        if not usable:
+        if covariance[0, 0] > _UNUSABLE_TURN**2:
             return blind
         return Sight(refined.motion, covariance, refined.by_disparity, diagnostics)
 

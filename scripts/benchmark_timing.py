@@ -1,0 +1,22 @@
+"""What all benchmarks measure with."""
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+Figures = dict[str, tuple[float, str]]
+"""Figure name to value and unit."""
+
+
+def seconds(call: Callable[[], object]) -> float:
+    """How long a call takes."""
+    start = time.perf_counter()
+    call()
+    return time.perf_counter() - start
+
+
+def median_seconds(call: Callable[[], object], n: int) -> float:
+    """Median of n calls, after one that does not count."""
+    call()
+    return float(np.median([seconds(call) for _ in range(n)]))
