@@ -1,0 +1,196 @@
+"""The filter of tracks and relative vision: honest on its own model, and it knows who is right."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from grouser.estimators.track_motion import SideSlip, TrackNoise, arc_pose, chord, track_increment
+from grouser.estimators.visual.fusion import (
+    NOTHING_YET,
+    SLIP_GATE,
+    Accumulated,
+    RelativeFilter,
+    RelativePose,
+)
+from grouser.estimators.visual.prediction import BIASES, TrackPredictor
+from grouser.geometry import Array, between, compose, wrap
+from grouser.rig import TrackGeometry
+
+WIDTH, TURN_NOISE, WALK = 0.5, 0.05, 5e-4
+SIGMAS = np.array([0.05, 0.05, 0.10, 0.3])
+NOISE, SLIP = TrackNoise(), SideSlip()
+TRACKS = TrackGeometry(gauge=0.4, width=0.08, effective_width=WIDTH)
+PREDICTOR = TrackPredictor(TRACKS, NOISE, SLIP, TURN_NOISE)
+VISION = np.diag([0.002, 0.002, 0.001]) ** 2
+DRIVE = np.array(
+    [[0.04, 0.06]] * 30 + [[0.06, 0.05]] * 30 + [[-0.05, -0.04]] * 30 + [[0.05, 0.05]] * 30
+)
+
+
+def predicted(frames: int, start: int = 0, biases: Array | None = None) -> Accumulated:
+    """What the tracks say of so many frames of the drive."""
+    known, total = np.zeros(BIASES) if biases is None else biases, NOTHING_YET
+    for du in DRIVE[start : start + frames]:
+        total = total.then(PREDICTOR.predict({"tracks": du}, known))
+    return total
+
+
+def vision(pose: Array, offset: float = 0.0) -> RelativePose:
+    """A measurement of a relative pose whose distances an offset makes too long."""
+    by_disparity = np.append(0.05 * pose[:2], 0.0)
+    return RelativePose(pose + offset * by_disparity, VISION, by_disparity)
+
+
+def make(sigmas: Array = SIGMAS) -> RelativeFilter:
+    return RelativeFilter(bias_sigmas=sigmas, scale_walk=WALK)
+
+
+def true_step(rng: np.random.Generator, du: Array, biases: Array) -> Array:
+    """The increment (3,) of tracks that report `du`, drawn from the predictor's model."""
+    actual = du * (1 + biases[:2])
+    actual = actual + np.sqrt(np.diag(NOISE.covariance(actual))) * rng.normal(size=2)
+    turn, arc_length = track_increment(actual, WIDTH)
+    turn *= 1 + biases[2] + TURN_NOISE * rng.normal()
+    step = arc_pose(turn, arc_length)
+    side = SLIP.sigma(turn, chord(turn, arc_length)) * rng.normal()
+    return np.asarray(step + side * np.array([-np.sin(turn / 2), np.cos(turn / 2), 0.0]))
+
+
+@dataclass
+class Outcome:
+    pose_error: Array
+    bias_error: Array
+    covariance: Array
+
+
+def simulate(rng: np.random.Generator, keyframe_frames: int = 6) -> Outcome:
+    """The drive once, with biases, noise and keyframes."""
+    kalman, truth, keyframe = make(), np.zeros(3), np.zeros(3)
+    biases, since = SIGMAS * rng.normal(size=BIASES), NOTHING_YET
+    for frame, du in enumerate(DRIVE, start=1):
+        truth = compose(truth, true_step(rng, du, biases))
+        since = since.then(PREDICTOR.predict({"tracks": du}, kalman.keyframe.biases))
+        biases[:3] += WALK * rng.normal(size=3)
+        if frame % keyframe_frames == 0:
+            seen = vision(between(keyframe, truth), biases[3])
+            noisy = RelativePose(
+                seen.pose + np.sqrt(np.diag(VISION)) * rng.normal(size=3), VISION, seen.by_disparity
+            )
+            kalman.commit(kalman.fuse(since, noisy))
+            keyframe, since = truth, NOTHING_YET
+    state = kalman.keyframe
+    error = truth - state.pose
+    error[2] = wrap(error[2])
+    return Outcome(error, biases - state.biases, state.covariance)
+
+
+def test_nees_of_the_pose_is_three_and_the_scale_errors_are_found() -> None:
+    outcomes = [simulate(rng) for rng in np.random.default_rng(0).spawn(120)]
+    nees = [o.pose_error @ np.linalg.solve(o.covariance[:3, :3], o.pose_error) for o in outcomes]
+    joint = [np.append(o.pose_error, o.bias_error) for o in outcomes]
+    joint_nees = [
+        e @ np.linalg.solve(o.covariance, e) for e, o in zip(joint, outcomes, strict=True)
+    ]
+    assert 2.2 < np.mean(nees) < 4.0  # the mean of 120 has a sigma of 0.22
+    assert 5.8 < np.mean(joint_nees) < 8.5  # seven
+    found = np.std([o.bias_error for o in outcomes], axis=0)
+    assert (found[:2] < 0.35 * SIGMAS[:2]).all() and found[2] < 0.7 * SIGMAS[2]
+    said = np.sqrt(np.mean([np.diag(o.covariance)[3:] for o in outcomes], axis=0))
+    np.testing.assert_allclose(found, said, rtol=0.25)
+
+
+def test_accumulation_is_composition_with_derivatives_by_the_biases() -> None:
+    total, h = predicted(20, start=20), 1e-6
+    pose = np.zeros(3)
+    for du in DRIVE[20:40]:
+        pose = compose(pose, PREDICTOR.predict({"tracks": du}, np.zeros(BIASES)).pose)
+    np.testing.assert_allclose(total.pose, pose, atol=1e-15)
+    assert total.frames == 20
+    for k in range(BIASES):
+        step = h * np.eye(BIASES)[k]
+        ahead, back = (predicted(20, 20, biases).pose for biases in (step, -step))
+        assert np.abs(total.by_biases[:, k] - (ahead - back) / (2 * h)).max() < 1e-8
+
+
+def test_without_biases_the_update_is_the_weighted_mean() -> None:
+    """From a keyframe known exactly, two independent measurements add their information."""
+    tracks = predicted(10)
+    seen = vision(tracks.pose + [0.001, -0.002, 0.001])
+    fused = make(np.zeros(BIASES)).fuse(tracks, seen)
+    of_tracks, of_vision = np.linalg.inv(tracks.covariance), np.linalg.inv(VISION)
+    P = np.linalg.inv(of_tracks + of_vision)
+    np.testing.assert_allclose(fused.state.covariance[:3, :3], P, rtol=1e-9, atol=1e-15)
+    mean = P @ (of_tracks @ tracks.pose + of_vision @ seen.pose)
+    np.testing.assert_allclose(fused.state.pose, mean, atol=1e-12)
+
+
+def test_a_jump_beyond_the_gate_is_slip_and_vision_wins() -> None:
+    kalman, tracks = make(), predicted(5)
+    agreeing = kalman.fuse(tracks, vision(tracks.pose))
+    assert not agreeing.slipped and agreeing.nis < 1e-6
+    stuck = kalman.fuse(tracks, vision(np.array([0.0, 0.0, 0.3])))
+    assert stuck.slipped and stuck.nis > SLIP_GATE
+    sigma = np.sqrt(np.diag(VISION))
+    assert (np.abs(stuck.state.pose - [0.0, 0.0, 0.3]) < 3 * sigma + 0.01).all()
+
+
+def test_coasting_is_prediction_trusted_less_and_less() -> None:
+    kalman = make(np.zeros(BIASES))
+    traces = [np.trace(kalman.coast(predicted(n)).state.covariance) for n in range(1, 20)]
+    assert (np.diff(traces) > 0).all()
+    tracks, coasted = predicted(8), kalman.coast(predicted(8))
+    np.testing.assert_allclose(coasted.state.pose, tracks.pose)
+    np.testing.assert_allclose(coasted.state.covariance[:3, :3], 4 * tracks.covariance)
+    assert np.isnan(coasted.nis) and not coasted.slipped
+
+
+def test_following_takes_the_pose_of_vision_and_its_noise() -> None:
+    kalman = make()
+    kalman.commit(kalman.fuse(predicted(6), vision(predicted(6).pose)))
+    step = np.array([0.1, 0.02, 0.05])
+    before = kalman.keyframe
+    followed = kalman.follow(vision(step), 3).state
+    offset = before.biases[3]
+    expected = compose(before.pose, step - offset * np.append(0.05 * step[:2], 0.0))
+    np.testing.assert_allclose(followed.pose, expected, atol=1e-12)
+    assert (np.diag(followed.covariance)[:3] > np.diag(before.covariance)[:3]).all()
+    exact = make(np.zeros(BIASES)).follow(vision(step), 1).state
+    np.testing.assert_allclose(exact.covariance[:3, :3], VISION, atol=1e-15)
+
+
+def test_a_common_disparity_offset_does_not_average_out() -> None:
+    """Over n keyframes independent noise grows with sqrt(n), an offset's error with n."""
+    ahead, sigmas = np.array([0.25, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 0.3])
+    kalman, spread = make(sigmas), []
+    for _ in range(100):
+        kalman.commit(kalman.follow(vision(ahead), 5))
+        spread.append(np.sqrt(kalman.keyframe.covariance[0, 0]))
+    assert spread[99] == pytest.approx(0.3 * 0.05 * 25.0, rel=0.05)
+    assert spread[99] / spread[49] > 1.95
+
+
+def test_the_heading_may_pass_half_a_turn() -> None:
+    kalman = make()
+    around = np.array([0.0, 0.0, np.pi - 0.001])
+    kalman.commit(kalman.follow(RelativePose(around, VISION, np.zeros(3)), 1))
+    tracks = predicted(4)
+    fused = kalman.fuse(tracks, vision(tracks.pose))
+    assert fused.nis < 1e-6
+    assert fused.state.pose[2] == pytest.approx(wrap(np.pi - 0.001 + tracks.pose[2]))
+    np.testing.assert_allclose(kalman.relative(fused), tracks.pose, atol=1e-9)
+
+
+def test_the_covariance_stays_one_over_a_thousand_frames() -> None:
+    rng, kalman, since = np.random.default_rng(1), make(), NOTHING_YET
+    for frame in range(1000):
+        du = rng.uniform(-0.1, 0.1, 2)
+        since = since.then(PREDICTOR.predict({"tracks": du}, kalman.keyframe.biases))
+        seen = vision(since.pose + 0.002 * rng.normal(size=3))
+        fused = kalman.coast(since) if frame % 7 == 0 else kalman.fuse(since, seen)
+        P = fused.state.covariance
+        np.testing.assert_array_equal(P, P.T)
+        assert np.linalg.eigvalsh(P)[0] > -1e-12 * np.trace(P)
+        if frame % 5 == 0:
+            kalman.commit(fused)
+            since = NOTHING_YET
