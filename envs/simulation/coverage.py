@@ -80,8 +80,10 @@ def _span(polygon: Any, n: int, y: float, dx: float, width: int) -> Any:
 def _fill(
     depth: Any, faces: Any, begin: int, end: int, slope: float, offset: float, face: int
 ) -> None:
-    for x in range(begin, end):
-        w = np.float32(offset + slope * x)
-        if w > depth[x]:
-            depth[x] = w
-            faces[x] = face
+    # Views that begin at zero, and selections instead of branches: for vector instructions.
+    nearest, seen, start = depth[begin:end], faces[begin:end], offset + slope * begin
+    for k in range(nearest.size):
+        w = np.float32(start + slope * np.int32(k))
+        nearer = w > nearest[k]
+        nearest[k] = w if nearer else nearest[k]
+        seen[k] = np.int32(face) if nearer else seen[k]

@@ -12,7 +12,7 @@ import numpy as np
 
 from grouser.envs.simulation.kernels import inlined, kernel
 
-F = np.float32
+F, U = np.float32, np.uint32
 _ZERO, _HALF, _ONE, _TWO = F(0), F(0.5), F(1), F(2)
 
 # Rows of the buffer of footprints: texture coordinates in [0, 1), the step between two taps along
@@ -146,9 +146,13 @@ def _footprints(
     """
     p0, p1, p3, p4, p7, p8 = p[0], p[1], p[3], p[4], p[7], p[8]
     w0, u0, v0 = p1 * y + p[2], p4 * y + p[5], p8 * y + p[9]
-    u_origin, v_origin = p[6], p[10]
-    for k in range(begin, end):
-        x = F(k) + dx
+    u_origin, v_origin, x0, coarsest = p[6], p[10], F(begin) + dx, size * _HALF
+    # Views that begin at zero: an index that may be negative would keep the loop from vectors.
+    to_u, to_v = out[_U, begin:end], out[_V, begin:end]
+    to_step_u, to_step_v = out[_STEP_U, begin:end], out[_STEP_V, begin:end]
+    to_taps, to_width = out[_TAPS, begin:end], out[_WIDTH, begin:end]
+    for k in range(to_u.size):
+        x = x0 + F(np.int32(k))
         z = _ONE / (p0 * x + w0)
         u, v = (p3 * x + u0) * z, (p7 * x + v0) * z
         texels = z * size  # derivatives in texels a pixel, exact
@@ -158,19 +162,24 @@ def _footprints(
         lying = across > down
         longer = np.sqrt(across if lying else down)
         shorter = np.sqrt(down if lying else across)
-        taps = np.floor(longer / (shorter if shorter > _ONE else _ONE) + F(0.95))
+        taps = F(np.int32(longer / (shorter if shorter > _ONE else _ONE) + _HALF))
         taps = taps if taps > _ONE else _ONE
         taps = taps if taps < anisotropy else anisotropy
         width = longer / taps
         # A step in tiles; the taps together reach over one tile at most.
-        reach = longer if longer > size else size
-        step = _ONE / (taps * reach)
-        out[_U, k] = u + u_origin - np.floor(u + u_origin)
-        out[_V, k] = v + v_origin - np.floor(v + v_origin)
-        out[_STEP_U, k] = (ux if lying else uy) * step
-        out[_STEP_V, k] = (vx if lying else vy) * step
-        out[_TAPS, k] = taps
-        out[_WIDTH, k] = width if width < size * _HALF else size * _HALF
+        step = _ONE / (taps * (longer if longer > size else size))
+        to_u[k], to_v[k] = _fraction(u + u_origin), _fraction(v + v_origin)
+        to_step_u[k] = (ux if lying else uy) * step
+        to_step_v[k] = (vx if lying else vy) * step
+        to_taps[k] = taps
+        to_width[k] = width if width < coarsest else coarsest
+
+
+@inlined
+def _fraction(x: Any) -> Any:
+    """x - floor(x) in operations that vector units have."""
+    whole = F(np.int32(x))
+    return x - (whole if whole <= x else whole - _ONE)
 
 
 @inlined
@@ -197,7 +206,9 @@ def _add_texture(
 @inlined
 def _taps(texels: Any, offset: int, side: int, channels: int, footprints: Any, x: int) -> Any:
     """Sum of the bilinear samples along a footprint, on the level of a side at an offset."""
-    last, size, taps = side - 1, F(side), int(footprints[_TAPS, x])
+    # Unsigned throughout: for a signed index the compiler would see to negative ones as well.
+    last, size, taps = U(side - 1), F(side), int(footprints[_TAPS, x])
+    line, start, each = U(side * channels), U(offset), U(channels)
     u, v = footprints[_U, x], footprints[_V, x]
     step_u, step_v = footprints[_STEP_U, x], footprints[_STEP_V, x]
     away, total = _HALF * F(1 - taps), _ZERO
@@ -206,11 +217,11 @@ def _taps(texels: Any, offset: int, side: int, channels: int, footprints: Any, x
         a = (u + away * step_u + _ONE) * size - _HALF
         b = (v + away * step_v + _ONE) * size - _HALF
         away += _ONE
-        column, row = int(a), int(b)
+        column, row = U(a), U(b)
         fa, fb = a - F(column), b - F(row)
-        left, right = (column & last) * channels, ((column + 1) & last) * channels
-        upper = offset + (row & last) * side * channels
-        lower = offset + ((row + 1) & last) * side * channels
+        left, right = (column & last) * each, ((column + U(1)) & last) * each
+        upper = start + (row & last) * line
+        lower = start + ((row + U(1)) & last) * line
         t0, b0 = F(texels[upper + left]), F(texels[lower + left])
         top = t0 + fa * (F(texels[upper + right]) - t0)
         bottom = b0 + fa * (F(texels[lower + right]) - b0)

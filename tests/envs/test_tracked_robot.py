@@ -286,6 +286,20 @@ def test_two_environments_at_once_do_not_meddle(env: TrackedRobotEnv) -> None:
     assert digest(observations) == alone
 
 
+def test_a_vector_of_environments_gives_the_bits_of_single_ones(env: TrackedRobotEnv) -> None:
+    """In processes of their own; the vector seeds them with seed, seed + 1, ..."""
+    vector = gym.make_vec(
+        "grouser/TrackedRobot-v0", num_envs=2, vectorization_mode="async", image_size=SMALL
+    )
+    together = [vector.reset(seed=7)[0]]
+    together += [vector.step(np.stack([action, action]))[0] for action in actions(3)]
+    vector.close()
+    for index in range(2):
+        alone = rollout(env, seed=7 + index, n=3)
+        for one, both in zip(alone, together, strict=True):
+            assert all(np.array_equal(one[key], both[key][index]) for key in one)
+
+
 # --- rendering -----------------------------------------------------------------------------------
 
 
