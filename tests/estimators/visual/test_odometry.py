@@ -1,0 +1,178 @@
+"""Visual odometry over a drive: small and honest errors, darkness borne, bad input refused."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from grouser.estimators import PoseEstimate, Status, make
+from grouser.estimators.base import Observation
+from grouser.estimators.synthetic_drive import RIG, Drive, synthetic_drive
+from grouser.estimators.visual.odometry import VisualOdometry
+from grouser.geometry import Array, between, project, wrap
+from grouser.rig import Rig
+
+FRAMES = 24
+DARK = range(10, 26)
+SOLVERS = ["one-point", "five-point"]
+
+
+def run(
+    observations: Iterable[Observation], *, rig: Rig = RIG, tracks: bool = True, **options: Any
+) -> list[PoseEstimate]:
+    estimator = VisualOdometry(rig, **options)
+    shown = [{k: v for k, v in o.items() if tracks or k != "tracks"} for o in observations]
+    first = estimator.reset(shown[0], rng=np.random.default_rng(0))
+    return [first, *(estimator.update(observation) for observation in shown[1:])]
+
+
+def errors(estimates: list[PoseEstimate], drive: Drive) -> Array:
+    """(n, 3) x, y, heading."""
+    error = np.array([e.pose for e in estimates]) - drive.poses[: len(estimates)]
+    error[:, 2] = wrap(error[:, 2])
+    return np.asarray(error)
+
+
+def drive(frames: int = FRAMES, blackout: range = range(0), seed: int = 0) -> Drive:
+    return synthetic_drive(frames=frames, blackout=blackout, seed=seed)
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("tracks", [True, False])
+def test_the_error_is_below_a_percent_of_the_way(solver: str, tracks: bool) -> None:
+    for seed in (0, 1):
+        room = drive(seed=seed)
+        estimates = run(room.observations, tracks=tracks, solver=solver)
+        error, path = errors(estimates, room), 0.05 * (FRAMES - 1)
+        assert np.abs(error[:, :2]).max() < 0.01 * path
+        assert np.abs(error[:, 2]).max() < np.radians(0.2)
+        assert {e.status for e in estimates} == {Status.TRACKING}
+        assert not any(e.diagnostics["slipped"] for e in estimates[1:])
+
+
+def test_a_rig_without_tracks_ignores_them() -> None:
+    room = drive(8)
+    bare = run(room.observations, rig=replace(RIG, tracks=None))
+    unseen = run(room.observations, tracks=False)
+    for one, other in zip(bare, unseen, strict=True):
+        np.testing.assert_array_equal(one.pose, other.pose)
+
+
+def test_at_rest_the_pose_stays_within_a_millimetre() -> None:
+    """Other noise in every image, and no motion."""
+    rng, first = np.random.default_rng(1), drive(2).observations[0]
+    still = []
+    for index in range(16):
+        eyes = {
+            eye: (first[eye] + rng.normal(0, 1, first[eye].shape))
+            .round()
+            .clip(0, 255)
+            .astype(np.uint8)
+            for eye in ("left", "right")
+        }
+        still.append({**eyes, "stamp": np.array([0.1 * index])})
+    poses = np.array([e.pose for e in run(still)])
+    assert np.abs(poses[:, :2]).max() < 1e-3 and np.abs(poses[:, 2]).max() < np.radians(0.05)
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_a_blackout_with_tracks_is_coasted_through(solver: str) -> None:
+    room = drive(34, DARK)
+    estimates = run(room.observations, solver=solver)
+    statuses = [e.status for e in estimates]
+    coasted = range(DARK.start, DARK.stop + 1)  # the first bright frame has no bright keyframe
+    assert statuses == [Status.COASTING if i in coasted else Status.TRACKING for i in range(34)]
+    before, after = estimates[DARK.start - 1], estimates[DARK.stop - 1]
+    grown = np.diag(after.covariance) / np.diag(before.covariance)
+    assert (grown > 2).all()
+    error = errors(estimates, room)
+    assert np.abs(error[-1, :2]).max() < 0.05 and abs(error[-1, 2]) < 0.05
+    assert error[-1] @ np.linalg.solve(estimates[-1].covariance, error[-1]) < 16.3
+
+
+def test_a_blackout_without_tracks_is_lost_after_a_second_and_found_again() -> None:
+    room = drive(34, DARK)
+    estimates = run(room.observations, tracks=False)
+    stamps = np.array([e.stamp for e in estimates])
+    dark = stamps - stamps[DARK.start - 1]
+    for i in DARK:
+        expected = Status.LOST if dark[i] > 1.0 + 1e-9 else Status.COASTING
+        assert estimates[i].status == expected, i
+    assert {e.status for e in estimates[DARK.stop + 2 :]} == {Status.TRACKING}
+    step = between(estimates[-2].pose, estimates[-1].pose)
+    truth = between(room.poses[-2], room.poses[-1])
+    assert np.abs(step - truth).max() < 0.01, "it measures motion again"
+
+
+def test_lost_after_is_an_option() -> None:
+    room = drive(34, DARK)
+    estimates = run(room.observations, tracks=False, lost_after=0.45)
+    assert estimates[DARK.start + 3].status == Status.COASTING
+    assert estimates[DARK.start + 4].status == Status.LOST
+
+
+def test_colour_images_give_nearly_the_same_poses() -> None:
+    room = drive(10)
+    coloured = [
+        {**o, **{eye: np.repeat(o[eye], 3, axis=2) for eye in ("left", "right")}}
+        for o in room.observations
+    ]
+    for grey, colour in zip(run(room.observations), run(coloured), strict=True):
+        np.testing.assert_allclose(grey.pose, colour.pose, atol=1e-9)
+
+
+def test_pose_3d_agrees_with_the_pose_and_stays_near_the_plane() -> None:
+    for tracks in (True, False):
+        for estimate in run(drive().observations, tracks=tracks):
+            assert estimate.pose_3d is not None
+            flat = project(estimate.pose_3d)
+            assert np.abs(flat - estimate.pose).max() < 0.01
+            assert abs(estimate.pose_3d[2, 3]) < 0.03
+            np.testing.assert_allclose(
+                estimate.pose_3d[:3, :3] @ estimate.pose_3d[:3, :3].T, np.eye(3), atol=1e-12
+            )
+
+
+def test_diagnostics_tell_matches_inliers_and_milliseconds() -> None:
+    last = run(drive(4).observations)[-1].diagnostics
+    assert last["features"] > last["candidates"] > last["matches"] >= last["inliers"] > 30
+    stages = ("ms_stereo", "ms_matching", "ms_ransac", "ms_refinement", "ms_filter")
+    assert all(last[stage] > 0 for stage in stages)
+
+
+def test_the_registered_names_choose_the_solver() -> None:
+    room = drive(6)
+    for name, solver in (("one-point-ransac", "one-point"), ("five-point-ransac", "five-point")):
+        estimator = make(name, RIG)
+        estimator.reset(room.observations[0], rng=np.random.default_rng(0))
+        poses = [estimator.update(o).pose for o in room.observations[1:]]
+        expected = [e.pose for e in run(room.observations, solver=solver)[1:]]
+        np.testing.assert_array_equal(poses, expected)
+
+
+@pytest.mark.parametrize(
+    ("construct", "words"),
+    [
+        (
+            lambda: VisualOdometry(RIG, solver="six-point"),
+            "no solver is named 'six-point'; known: five-point, one-point",
+        ),
+        (
+            lambda: VisualOdometry(Rig(dt=0.1)),
+            r"visual odometry needs rig\.stereo, and this rig has None",
+        ),
+    ],
+)
+def test_what_cannot_be_built_is_refused(construct: Callable[[], object], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        construct()
+
+
+@pytest.mark.parametrize("bad", [(240, 320), (240, 320, 2)])
+def test_an_image_of_another_shape_is_refused(bad: tuple[int, ...]) -> None:
+    seen = dict(drive(2).observations[0])
+    seen["right"] = np.zeros(bad, dtype=np.uint8)
+    with pytest.raises(ValueError, match=r"observation 'right' must be \(H, W, 1\)"):
+        VisualOdometry(RIG).reset(seen, rng=np.random.default_rng(0))

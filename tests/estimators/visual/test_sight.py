@@ -1,0 +1,115 @@
+"""One look back: from two stereo pairs to a motion with a covariance, or to none."""
+
+import numpy as np
+import pytest
+
+from grouser.estimators.synthetic_drive import RIG, synthetic_drive
+from grouser.estimators.visual.descriptor import Image
+from grouser.estimators.visual.five_point import FivePointRansac
+from grouser.estimators.visual.frontend import FrontendOptions, StereoFrame, StereoFrontend, grey
+from grouser.estimators.visual.matching import MatchingOptions
+from grouser.estimators.visual.one_point import OnePointRansac
+from grouser.estimators.visual.prior import ChassisPrior
+from grouser.estimators.visual.sight import (
+    Expectation,
+    KeyframeSight,
+    Sight,
+    pose_motion,
+    pose_to_motion,
+)
+from grouser.geometry import Array, between, rotate
+from grouser.rig import StereoCamera
+
+DRIVE = synthetic_drive(frames=31, blackout=range(10, 25))
+NOISE = np.array([1e-3, 1e-3, 0.15, 0.15, 0.15, 0.15]) ** 2
+assert RIG.stereo is not None
+CAMERA: StereoCamera = RIG.stereo
+
+
+def frame(frontend: StereoFrontend, index: int) -> StereoFrame:
+    seen = DRIVE.observations[index]
+    return frontend.extract(grey(seen["left"], "left"), grey(seen["right"], "right"))
+
+
+def look(
+    later: int | Image,
+    expected: Array,
+    *,
+    sigma: float = 0.02,
+    solver: type[OnePointRansac] | type[FivePointRansac] = OnePointRansac,
+) -> Sight:
+    """From frame 2 to a later one, or to an image that both eyes see."""
+    frontend = StereoFrontend(FrontendOptions())
+    keyframe = frontend.make_keyframe(frame(frontend, 2))
+    now = frame(frontend, later) if isinstance(later, int) else frontend.extract(later, later)
+    sight = KeyframeSight(CAMERA, solver(CAMERA), matching=MatchingOptions(), noise=NOISE)
+    prior = ChassisPrior().about(pose_motion(expected), 0.002, np.zeros(6))
+    expectation = Expectation(expected, np.eye(3) * sigma**2)
+    return sight.look(keyframe, now, expectation, prior, np.random.default_rng(0))
+
+
+def truth(later: int) -> Array:
+    return between(DRIVE.poses[2], DRIVE.poses[later])
+
+
+@pytest.mark.parametrize("solver", [OnePointRansac, FivePointRansac])
+@pytest.mark.parametrize("later", [3, 5, 8])
+def test_the_motion_is_seen_to_millimetres(
+    later: int, solver: type[OnePointRansac] | type[FivePointRansac]
+) -> None:
+    sight = look(later, truth(later) + [0.02, 0.01, -0.02], solver=solver)
+    seen = sight.planar()
+    error = seen.pose - truth(later)
+    assert np.abs(error[:2]).max() < 0.006 and abs(error[2]) < 0.002
+    assert error @ np.linalg.solve(seen.covariance, error) < 16.3  # chi-square of 3 at 99.9 %
+    height, roll, pitch = sight.out_of_plane()
+    assert abs(height) < 0.005 and abs(roll) < 0.005 and abs(pitch) < 0.005
+    assert sight.diagnostics["inliers"] > 40
+
+
+def test_a_wide_search_finds_the_motion_that_a_narrow_one_misses() -> None:
+    wrong = truth(6) + [0.0, 0.0, 0.12]  # 31 px away
+    assert look(6, wrong, sigma=0.005).motion is None
+    found = look(6, wrong, sigma=0.1)
+    assert np.abs(found.planar().pose - truth(6)).max() < 0.006
+
+
+def test_in_the_dark_there_is_no_motion_and_nothing_to_tell() -> None:
+    blind = look(12, truth(5))
+    assert blind.motion is None and blind.diagnostics["inliers"] == 0
+    assert blind.out_of_plane() == (0.0, 0.0, 0.0)
+    with pytest.raises(ValueError, match="a sight without a motion has no planar part"):
+        blind.planar()
+
+
+def test_another_scene_is_no_motion() -> None:
+    noise = np.random.default_rng(1).integers(0, 256, (CAMERA.height, CAMERA.width), dtype=np.uint8)
+    assert look(noise, np.zeros(3), sigma=0.1).motion is None
+
+
+def test_pose_and_motion_are_one_with_their_derivative() -> None:
+    rng, h = np.random.default_rng(2), 1e-6
+    for pose in rng.uniform(-1, 1, (20, 3)):
+        turn, chord, side = pose_motion(pose)
+        back = np.append(rotate(turn / 2, [chord, side]), turn)
+        np.testing.assert_allclose(back, pose, atol=1e-14)
+        J = pose_to_motion(pose)
+        for k in range(3):
+            step = h * np.eye(3)[k]
+            difference = (pose_motion(pose + step) - pose_motion(pose - step)) / (2 * h)
+            assert np.abs(J[:, k] - difference).max() < 1e-9
+
+
+def test_the_planar_part_carries_covariance_and_offset_through() -> None:
+    """By Monte Carlo: motions drawn from the sight's covariance, as poses."""
+    rng = np.random.default_rng(3)
+    root = np.tril(rng.normal(size=(6, 6))) * 0.003
+    motion, offset = np.array([0.2, 0.25, -0.02, 0.01, 0.0, 0.0]), 0.01 * rng.normal(size=6)
+    seen = Sight(motion, root @ root.T, offset, {}).planar()
+    drawn = motion[:3] + (rng.normal(size=(20000, 6)) @ root.T)[:, :3]
+    poses = np.column_stack([rotate(drawn[:, 0] / 2, drawn[:, 1:3]), drawn[:, 0]])
+    whitened = np.linalg.solve(np.linalg.cholesky(seen.covariance), (poses - seen.pose).T)
+    np.testing.assert_allclose(np.cov(whitened), np.eye(3), atol=0.04)
+    h = 1e-6
+    ahead = Sight(motion + h * offset, root, offset, {}).planar().pose
+    np.testing.assert_allclose(seen.by_disparity, (ahead - seen.pose) / h, atol=1e-6)
