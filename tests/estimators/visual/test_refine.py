@@ -68,15 +68,21 @@ def test_turn_and_chord_are_as_uncertain_as_said() -> None:
     assert np.mean(ratio) == pytest.approx(1, abs=0.1)
 
 
-def test_six_numbers_drawn_from_their_prior_are_as_uncertain_as_said() -> None:
-    nees = []
+@pytest.mark.parametrize(("n", "depth"), [(64, (0.8, 9.0)), (12, (4.0, 9.0))])
+def test_six_numbers_drawn_from_their_prior_are_as_uncertain_as_said(
+    n: int, depth: tuple[float, float]
+) -> None:
+    """Twelve far points tell little of the last four, which then are as uncertain as before."""
+    prior, nees, ratios = near_zero(0.003, 0.003, 0.002, 0.002), [], []
     for rng in np.random.default_rng(3).spawn(300):
-        truth = np.append([0.03, 0.1], LOOSE.sigma[2:] * rng.normal(size=4))
-        matches = matched(rng, CAMERA, truth, noise=NOISE)
-        result = refined(matches, start=six(0.03, 0.1), prior=LOOSE)
+        truth = np.append([0.03, 0.1], prior.sigma[2:] * rng.normal(size=4))
+        matches = matched(rng, CAMERA, truth, n=n, noise=NOISE, depth=depth)
+        result = refined(matches, start=six(0.03, 0.1), prior=prior)
         error = result.motion - truth
         nees.append(error @ np.linalg.solve(result.covariance, error))
-    assert 5.1 < np.mean(nees) < 7.2  # 6 is ideal; the mean of 300 has a sigma of 0.2
+        ratios.append(error**2 / np.diag(result.covariance))
+    assert 5.3 < np.mean(nees) < 7.0  # 6 is ideal; the mean of 300 has a sigma of 0.2
+    assert np.mean(ratios, axis=0) == pytest.approx(np.ones(6), abs=0.3)
 
 
 def test_noise_three_times_the_assumed_is_noticed_and_borne() -> None:
@@ -142,6 +148,7 @@ def test_without_information_the_prior_is_what_remains() -> None:
     result = refined(matches, start=np.zeros(6), prior=prior)
     assert result.motion[0] == pytest.approx(0.05, abs=1e-5)
     np.testing.assert_allclose(result.motion[1:4], mean[1:4], atol=1e-6)
+    np.testing.assert_allclose(np.diag(result.covariance)[1:4], prior.sigma[1:4] ** 2, rtol=1e-4)
 
 
 def test_by_disparity_is_what_an_offset_of_all_disparities_does() -> None:
