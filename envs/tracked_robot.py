@@ -16,13 +16,13 @@ from grouser.envs.sensors.lidar import PlanarLidar
 from grouser.envs.sensors.stereo import EYES, Stereo
 from grouser.envs.sensors.tracks import TrackEncoders
 from grouser.envs.simulation.chase import ChaseView
-from grouser.envs.simulation.kernels import announce
 from grouser.envs.simulation.motion import instantaneous_centres, longitudinal_slip
 from grouser.envs.simulation.robot import RobotModel, TrackedRobot
 from grouser.envs.simulation.robot_rig import robot_rig
 from grouser.envs.simulation.window import Window
 from grouser.envs.simulation.worlds import World, make_world, world_names
 from grouser.geometry import Array, inverse_transform, project
+from grouser.kernels import announce
 from grouser.rig import Rig
 
 Observation = dict[str, Any]

@@ -1,6 +1,5 @@
 """How fast the simulated robot runs, and how much faster than what most would write."""
 
-import time
 from collections.abc import Callable
 from itertools import cycle
 
@@ -13,9 +12,8 @@ from grouser.envs.simulation.motion import Motion
 from grouser.envs.simulation.robot import RobotModel, TrackedRobot
 from grouser.envs.simulation.worlds import World, make_world
 from grouser.envs.tracked_robot import CONTROL_DT, SENSORS, TrackedRobotEnv
+from grouser.scripts.benchmark_timing import Figures, median_seconds, seconds
 from grouser.scripts.naive_stack import NaiveStack
-
-Figures = dict[str, tuple[float, str]]
 
 _SEED = 0
 _ROUNDS = 8
@@ -34,8 +32,8 @@ def whole_environment() -> Figures:
     env.step(next(actions))  # the kernels load
     naive.step(next(actions))
     for _ in range(_ROUNDS):
-        ours += [_seconds(lambda: env.step(next(actions))) for _ in range(12)]
-        theirs += [_seconds(lambda: naive.step(next(actions))) for _ in range(3)]
+        ours += [seconds(lambda: env.step(next(actions))) for _ in range(12)]
+        theirs += [seconds(lambda: naive.step(next(actions))) for _ in range(3)]
     env.close()
     naive.close()
     own_rate, naive_rate = 1 / np.median(ours), 1 / np.median(theirs)
@@ -51,11 +49,11 @@ def without_images() -> Figures:
     env = TrackedRobotEnv(sensors=[key for key in SENSORS if key not in EYES])
     env.reset(seed=_SEED)
     actions = cycle(_actions())
-    steps = [_seconds(lambda: env.step(next(actions))) for _ in range(300)]
+    steps = [seconds(lambda: env.step(next(actions))) for _ in range(300)]
     env.close()
     full = TrackedRobotEnv()
     full.reset(seed=_SEED)
-    resets = [_seconds(full.reset) for _ in range(10)]
+    resets = [seconds(full.reset) for _ in range(10)]
     full.close()
     return {
         "environment.steps_per_second_without_images": (float(1 / np.median(steps)), "1/s"),
@@ -70,13 +68,13 @@ def parts() -> Figures:
     robot = TrackedRobot(RobotModel(), dt=CONTROL_DT)
     motion = robot.enter(world)
     action = np.array([0.3, 0.2])
-    physics = _median(lambda: robot.step(action), 100)
+    physics = median_seconds(lambda: robot.step(action), 100)
     robot.close()
-    scan = _median(_scan(PlanarLidar(rig.lidar), world, motion), 300)
+    scan = median_seconds(_scan(PlanarLidar(rig.lidar), world, motion), 300)
     pair = Stereo(rig.stereo, eyes=EYES, color=False, noise=1.5)
     left = Stereo(rig.stereo, eyes=EYES[:1], color=False, noise=1.5)
-    pair_time = _median(_scan(pair, world, motion), 60)
-    left_time = _median(_scan(left, world, motion), 60)
+    pair_time = median_seconds(_scan(pair, world, motion), 60)
+    left_time = median_seconds(_scan(left, world, motion), 60)
     pair.close()
     return {
         "environment.physics_us": (1e6 * physics, "us"),
@@ -109,14 +107,3 @@ def _scan(sensor: PlanarLidar | Stereo, world: World, motion: Motion) -> Callabl
     rngs = np.random.default_rng(_SEED).spawn(len(SENSORS))
     sensor.enter(world, dict(zip(SENSORS, rngs, strict=True)))
     return lambda: sensor.read(motion)
-
-
-def _median(call: Callable[[], object], n: int) -> float:
-    call()
-    return float(np.median([_seconds(call) for _ in range(n)]))
-
-
-def _seconds(call: Callable[[], object]) -> float:
-    start = time.perf_counter()
-    call()
-    return time.perf_counter() - start

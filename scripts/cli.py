@@ -1,5 +1,6 @@
 """The command `grouser`: one subcommand a program."""
 
+import logging
 import sys
 from collections.abc import Callable, Sequence
 
@@ -25,11 +26,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
         args=given,
         config=(tyro.conf.FlagCreatePairsOff,),
     )
+    _show_log()
     try:
         return command.run()
     except UsageError as error:
         print(f"grouser {given[0]}: error: {error}", file=sys.stderr)
         return 2
+
+
+def _show_log() -> None:
+    """Grouser's log on the terminal: why the first start takes long, say."""
+    log = logging.getLogger("grouser")
+    if not log.handlers:
+        handler = logging.StreamHandler()
+        handler.setFormatter(logging.Formatter("grouser: %(message)s"))
+        log.addHandler(handler)
+        log.setLevel(logging.INFO)
 
 
 if __name__ == "__main__":

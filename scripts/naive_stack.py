@@ -12,9 +12,9 @@ from typing import Any
 
 import cv2
 import numpy as np
-import pybullet
 from numpy.typing import NDArray
 
+from grouser.envs.simulation.bullet import pybullet
 from grouser.envs.simulation.mesh import world_faces
 from grouser.envs.simulation.robot import PHYSICS_DT, RobotModel
 from grouser.envs.simulation.textures import texture_bank

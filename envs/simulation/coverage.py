@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from grouser.envs.simulation.kernels import kernel
+from grouser.kernels import kernel
 
 SUBSAMPLES: Final = {
     1: np.zeros((1, 2), dtype=np.float32),

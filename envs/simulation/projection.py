@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from grouser.envs.simulation.kernels import kernel
+from grouser.kernels import kernel
 
 MAX_CORNERS: Final = 5
 """A quadrilateral clipped by one plane has at most five corners."""

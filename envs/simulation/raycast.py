@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grouser.envs.simulation.kernels import kernel
 from grouser.envs.simulation.worlds import Boxes
 from grouser.geometry import Array
+from grouser.kernels import kernel
 
 
 class RayCaster:

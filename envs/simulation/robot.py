@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import pybullet
 
+from grouser.envs.simulation.bullet import pybullet
 from grouser.envs.simulation.motion import Motion, motion_from_history
 from grouser.envs.simulation.tracks import GRAVITY, TrackModel, track_wrench
 from grouser.envs.simulation.worlds import Boxes, World

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from grouser.envs.simulation.kernels import inlined, kernel
+from grouser.kernels import inlined, kernel
 
 F, U = np.float32, np.uint32
 _ZERO, _HALF, _ONE, _TWO = F(0), F(0.5), F(1), F(2)

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grouser.envs.simulation.kernels import kernel
 from grouser.envs.simulation.worlds import TEXTURES
+from grouser.kernels import kernel
 
 METRES_PER_TEXEL = 1 / 256
 """One size of texel for all textures, m."""

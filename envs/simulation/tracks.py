@@ -19,8 +19,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from grouser.envs.simulation.kernels import kernel
 from grouser.geometry import Array
+from grouser.kernels import kernel
 
 GRAVITY: Final = 9.81
 """m/s^2"""

@@ -5,11 +5,10 @@ their means, so that the two eyes' or two moments' exposure may differ.
 """
 
 import numpy as np
-from numba import njit
 
 from grouser.estimators.visual.descriptor import Image
-from grouser.estimators.visual.motion import COMPILED
 from grouser.geometry import Array
+from grouser.kernels import kernel
 
 ROW_RADIUS = 4
 """Half the patch that aligns the two eyes, px."""
@@ -17,7 +16,7 @@ PLANE_RADIUS = 5
 """Half the patch that aligns two moments, px."""
 
 
-@njit(**COMPILED)
+@kernel
 def _sample(image: Image, x: float, y: float) -> float:
     """Bilinear grey value; the caller keeps x, y a pixel inside the image."""
     i, j = int(x), int(y)
@@ -27,13 +26,13 @@ def _sample(image: Image, x: float, y: float) -> float:
     return float((1 - b) * top + b * bottom)
 
 
-@njit(**COMPILED)
+@kernel
 def _inside(image: Image, x: float, y: float, margin: float) -> bool:
     height, width = image.shape
     return bool(margin <= x < width - 1 - margin and margin <= y < height - 1 - margin)
 
 
-@njit(**COMPILED)
+@kernel
 def align_rows(left: Image, right: Image, points: Array, limit: float) -> Array:
     """Sub-pixel disparity and its slopes (n, 3) of points (n, 3) u, v, d [px].
 
@@ -77,7 +76,7 @@ _SETTLED = 0.01  # px
 _SLOPE_STIFFNESS = 400.0  # (grey levels of noise / likely slope)^2: a flat patch holds no slope
 
 
-@njit(**COMPILED)
+@kernel
 def _cut_strip(image: Image, origin: int, y: float, strip: Array, rise: Array) -> None:
     """Rows around y, interpolated, from origin - _STRIP on; beyond the image its edge repeats."""
     height, width = image.shape
@@ -93,7 +92,7 @@ def _cut_strip(image: Image, origin: int, y: float, strip: Array, rise: Array) -
             rise[r, k] = 0.5 * (strip[r, k + 1] - strip[r, k - 1])
 
 
-@njit(**COMPILED)
+@kernel
 def _row_step(strip: Array, rise: Array, patch: Array, x: float, plane: Array, step: Array) -> bool:
     """Gauss-Newton step of (disparity, slope_x, slope_y); False where the patch leaves the strip.
 
@@ -139,7 +138,7 @@ def _row_step(strip: Array, rise: Array, patch: Array, x: float, plane: Array, s
 _FLAT = 100.0  # sum of squared slopes along the row, below which nothing holds the disparity
 
 
-@njit(**COMPILED)
+@kernel
 def align_plane(
     reference: Image, current: Image, points: Array, guesses: Array, warps: Array, limit: float
 ) -> Array:
@@ -179,7 +178,7 @@ def align_plane(
     return out
 
 
-@njit(**COMPILED)
+@kernel
 def _warped_patch(
     image: Image, u: float, v: float, warp: Array, patch: Array, gx: Array, gy: Array
 ) -> bool:

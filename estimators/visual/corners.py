@@ -6,12 +6,11 @@ the points lie near and tell most of the motion.
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from grouser.estimators.visual.descriptor import PATCH_RADIUS, Image
-from grouser.estimators.visual.motion import COMPILED
 from grouser.geometry import Array
+from grouser.kernels import kernel
 
 _GRID = (4, 3)  # columns, rows
 _THRESHOLDS = (6.0, 80.0)  # grey levels
@@ -72,7 +71,7 @@ class CornerDetector:
         return np.asarray(points[(x >= x0) & (x < x1) & (y >= y0) & (y < y1)], dtype=np.int32)
 
 
-@njit(**COMPILED)
+@kernel
 def strength(image: Image, points: Array) -> Array:
     """Smaller eigenvalue (n,) of the gradient's second moments over 7 x 7 px (Shi and Tomasi)."""
     out = np.empty(points.shape[0])

@@ -1,4 +1,4 @@
-"""256-bit binary descriptors of corners (BRIEF), compared by Hamming distance.
+"""256-bit binary descriptors of corners (BRIEF), and matching by their Hamming distance.
 
 BRIEF (Calonder et al. 2010) compares 256 pairs of smoothed pixels around a corner. It is not made
 invariant to rotation: a ground robot's camera does not roll by more than it stands.
@@ -6,10 +6,10 @@ invariant to rotation: a ground robot's camera does not roll by more than it sta
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from grouser.estimators.visual.motion import COMPILED
+from grouser.geometry import Array
+from grouser.kernels import kernel
 
 Image = NDArray[np.uint8]
 Descriptors = NDArray[np.uint64]
@@ -17,6 +17,8 @@ Descriptors = NDArray[np.uint64]
 PATCH_RADIUS = 13
 """Pixels around a corner that its descriptor reads."""
 BITS = 256
+GATE_2 = 9.21
+"""chi-square of 2 degrees of freedom at 99 %: the search ellipse."""
 
 
 def _pattern() -> NDArray[np.int64]:
@@ -43,7 +45,7 @@ def describe(smoothed: Image, corners: NDArray[np.int32]) -> Descriptors:
     return np.asarray(_describe(smoothed.ravel(), place, first, second))
 
 
-@njit(**COMPILED)
+@kernel
 def _describe(
     pixels: Image, place: NDArray[np.int64], first: NDArray[np.int64], second: NDArray[np.int64]
 ) -> Descriptors:
@@ -58,7 +60,7 @@ def _describe(
     return out
 
 
-@njit(**COMPILED)
+@kernel
 def hamming(a: Descriptors, b: Descriptors) -> int:
     """Bits in which two descriptors (4,) differ."""
     total = np.uint64(0)
@@ -71,3 +73,97 @@ def hamming(a: Descriptors, b: Descriptors) -> int:
         x = (x + (x >> np.uint64(4))) & np.uint64(0x0F0F0F0F0F0F0F0F)
         total += (x * np.uint64(0x0101010101010101)) >> np.uint64(56)
     return int(total)
+
+
+@kernel
+def match_rows(
+    left: NDArray[np.int32],
+    left_descriptors: Descriptors,
+    right: NDArray[np.int32],
+    right_descriptors: Descriptors,
+    height: int,
+    row_tolerance: int,
+    max_disparity: int,
+    max_hamming: int,
+) -> NDArray[np.int64]:
+    """Index (n,) of every left corner's partner in the right image, -1 where there is none.
+
+    Corners (n, 2) are ordered by row. Partners lie in nearby rows, within the disparity range,
+    and are each other's best.
+    """
+    start = np.zeros(height + 1, np.int64)
+    for j in range(right.shape[0]):
+        start[right[j, 1] + 1] += 1
+    for y in range(height):
+        start[y + 1] += start[y]
+    partner = np.full(left.shape[0], -1, np.int64)
+    suitor = np.full(right.shape[0], -1, np.int64)
+    distance = np.full(right.shape[0], max_hamming, np.int64)
+    for i in range(left.shape[0]):
+        first = start[max(left[i, 1] - row_tolerance, 0)]
+        last = start[min(left[i, 1] + row_tolerance + 1, height)]
+        best, chosen = max_hamming, -1
+        for j in range(first, last):
+            disparity = left[i, 0] - right[j, 0]
+            if 0 <= disparity <= max_disparity:
+                bits = hamming(left_descriptors[i], right_descriptors[j])
+                if bits < best:
+                    best, chosen = bits, j
+        if chosen >= 0 and best < distance[chosen]:
+            if suitor[chosen] >= 0:
+                partner[suitor[chosen]] = -1
+            partner[i], suitor[chosen], distance[chosen] = chosen, i, best
+    return partner
+
+
+@kernel
+def match_around(
+    predicted: Array,
+    covariance: Array,
+    descriptors: Descriptors,
+    points: Array,
+    point_descriptors: Descriptors,
+    least: float,
+    most: float,
+    max_hamming: int,
+    ratio: float,
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Index (n,) of every reference feature's match among the current points, -1 without one."""
+    n, m = predicted.shape[0], points.shape[0]
+    partner = np.full(n, -1, np.int64)
+    suitor = np.full(m, -1, np.int64)
+    distance = np.full(m, max_hamming, np.int64)
+    for i in range(n):
+        if not np.isfinite(predicted[i, 0]):
+            continue
+        S = covariance[i]
+        half_u = min(max(3 * np.sqrt(S[0, 0]), least), most)
+        half_v = min(max(3 * np.sqrt(S[1, 1]), least), most)
+        half_d = max(3 * np.sqrt(S[2, 2]), 1.5)
+        # The ellipse never shrinks below the corner detector's own scatter.
+        floor = (least / 3) ** 2
+        a, b, c = S[0, 0] + floor, S[0, 1], S[1, 1] + floor
+        determinant = a * c - b * b
+        best, second, chosen = max_hamming, 257, -1
+        for j in range(m):
+            dv = points[j, 1] - predicted[i, 1]
+            if abs(dv) > half_v:
+                continue
+            du = points[j, 0] - predicted[i, 0]
+            if abs(du) > half_u or abs(points[j, 2] - predicted[i, 2]) > half_d:
+                continue
+            if (c * du * du - 2 * b * du * dv + a * dv * dv) > GATE_2 * determinant:
+                continue
+            bits = hamming(descriptors[i], point_descriptors[j])
+            if bits < best:
+                if chosen >= 0:
+                    second = best
+                best, chosen = bits, j
+            elif bits < second:
+                second = bits
+        if chosen < 0 or best > ratio * second or best >= distance[chosen]:
+            continue
+        if suitor[chosen] >= 0:
+            partner[suitor[chosen]] = -1
+        partner[i], suitor[chosen], distance[chosen] = chosen, i, best
+    return partner, distance

@@ -5,7 +5,6 @@ from typing import Any
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from grouser.estimators.visual.alignment import align_rows
@@ -14,10 +13,9 @@ from grouser.estimators.visual.descriptor import (
     Descriptors,
     Image,
     describe,
-    hamming,
+    match_rows,
     smooth,
 )
-from grouser.estimators.visual.motion import COMPILED
 from grouser.geometry import Array
 
 
@@ -150,44 +148,3 @@ _ROUNDS = 8
 _ALIGNMENT_BLUR = 1.0
 _DESCRIPTOR_BLUR = 2.0
 _MIN_DISPARITY = 0.5  # px: farther points say nothing of the translation that pixels could hold
-
-
-@njit(**COMPILED)
-def match_rows(
-    left: NDArray[np.int32],
-    left_descriptors: Descriptors,
-    right: NDArray[np.int32],
-    right_descriptors: Descriptors,
-    height: int,
-    row_tolerance: int,
-    max_disparity: int,
-    max_hamming: int,
-) -> NDArray[np.int64]:
-    """Index (n,) of every left corner's partner in the right image, -1 where there is none.
-
-    Corners (n, 2) are ordered by row. Partners lie in nearby rows, within the disparity range,
-    and are each other's best.
-    """
-    start = np.zeros(height + 1, np.int64)
-    for j in range(right.shape[0]):
-        start[right[j, 1] + 1] += 1
-    for y in range(height):
-        start[y + 1] += start[y]
-    partner = np.full(left.shape[0], -1, np.int64)
-    suitor = np.full(right.shape[0], -1, np.int64)
-    distance = np.full(right.shape[0], max_hamming, np.int64)
-    for i in range(left.shape[0]):
-        first = start[max(left[i, 1] - row_tolerance, 0)]
-        last = start[min(left[i, 1] + row_tolerance + 1, height)]
-        best, chosen = max_hamming, -1
-        for j in range(first, last):
-            disparity = left[i, 0] - right[j, 0]
-            if 0 <= disparity <= max_disparity:
-                bits = hamming(left_descriptors[i], right_descriptors[j])
-                if bits < best:
-                    best, chosen = bits, j
-        if chosen >= 0 and best < distance[chosen]:
-            if suitor[chosen] >= 0:
-                partner[suitor[chosen]] = -1
-            partner[i], suitor[chosen], distance[chosen] = chosen, i, best
-    return partner

@@ -3,17 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from grouser.estimators.visual.alignment import align_plane, align_rows
-from grouser.estimators.visual.descriptor import Descriptors, hamming
+from grouser.estimators.visual.descriptor import match_around
 from grouser.estimators.visual.frontend import Keyframe, StereoFrame
-from grouser.estimators.visual.motion import COMPILED
 from grouser.geometry import Array
-
-GATE_2 = 9.21
-"""chi-square of 2 degrees of freedom at 99 %: the search ellipse."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +61,7 @@ def match_frames(
     """Features of the reference frame found again around their predictions."""
     height, width = current.left.shape
     scale = width / 320
-    partner, distance = _search(
+    partner, distance = match_around(
         prediction.points,
         prediction.covariance,
         reference.descriptors,
@@ -120,56 +115,3 @@ def _spread(
     first = np.searchsorted(sorted_bucket, sorted_bucket)
     rank = np.arange(len(order)) - first
     return np.sort(order[np.lexsort((-score[order], rank))[: options.max_points]])
-
-
-@njit(**COMPILED)
-def _search(
-    predicted: Array,
-    covariance: Array,
-    descriptors: Descriptors,
-    points: Array,
-    point_descriptors: Descriptors,
-    least: float,
-    most: float,
-    max_hamming: int,
-    ratio: float,
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Index (n,) of every reference feature's match among the current points, -1 without one."""
-    n, m = predicted.shape[0], points.shape[0]
-    partner = np.full(n, -1, np.int64)
-    suitor = np.full(m, -1, np.int64)
-    distance = np.full(m, max_hamming, np.int64)
-    for i in range(n):
-        if not np.isfinite(predicted[i, 0]):
-            continue
-        S = covariance[i]
-        half_u = min(max(3 * np.sqrt(S[0, 0]), least), most)
-        half_v = min(max(3 * np.sqrt(S[1, 1]), least), most)
-        half_d = max(3 * np.sqrt(S[2, 2]), 1.5)
-        # The ellipse never shrinks below the corner detector's own scatter.
-        floor = (least / 3) ** 2
-        a, b, c = S[0, 0] + floor, S[0, 1], S[1, 1] + floor
-        determinant = a * c - b * b
-        best, second, chosen = max_hamming, 257, -1
-        for j in range(m):
-            dv = points[j, 1] - predicted[i, 1]
-            if abs(dv) > half_v:
-                continue
-            du = points[j, 0] - predicted[i, 0]
-            if abs(du) > half_u or abs(points[j, 2] - predicted[i, 2]) > half_d:
-                continue
-            if (c * du * du - 2 * b * du * dv + a * dv * dv) > GATE_2 * determinant:
-                continue
-            bits = hamming(descriptors[i], point_descriptors[j])
-            if bits < best:
-                if chosen >= 0:
-                    second = best
-                best, chosen = bits, j
-            elif bits < second:
-                second = bits
-        if chosen < 0 or best > ratio * second or best >= distance[chosen]:
-            continue
-        if suitor[chosen] >= 0:
-            partner[suitor[chosen]] = -1
-        partner[i], suitor[chosen], distance[chosen] = chosen, i, best
-    return partner, distance

@@ -28,6 +28,7 @@ from grouser.estimators.visual.sight import (
     pose_to_motion,
 )
 from grouser.geometry import Array, between, compose, compose_jacobians
+from grouser.kernels import announce
 from grouser.rig import Rig, StereoCamera
 
 SOLVERS = {"one-point": OnePointRansac, "five-point": FivePointRansac}
@@ -87,6 +88,7 @@ class VisualOdometry(PoseEstimator):
             raise ValueError(f"no solver is named {solver!r}; known: {', '.join(sorted(SOLVERS))}")
         if rig.stereo is None:
             raise ValueError("visual odometry needs rig.stereo, and this rig has None")
+        announce()
         self._rig = rig
         self._camera: StereoCamera = rig.stereo
         self._frontend = StereoFrontend(

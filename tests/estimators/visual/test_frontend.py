@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from grouser.estimators.visual.descriptor import Descriptors, Image, hamming
-from grouser.estimators.visual.frontend import FrontendOptions, StereoFrontend, grey, match_rows
+from grouser.estimators.visual.descriptor import Descriptors, Image, hamming, match_rows
+from grouser.estimators.visual.frontend import FrontendOptions, StereoFrontend, grey
 from tests.estimators.visual.pictures import blocks
 
 IMAGE = blocks(np.random.default_rng(0), width=400)

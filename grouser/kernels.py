@@ -21,5 +21,5 @@ inlined = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy"
 def announce() -> None:
     """Say once a process, in the log, why the first step may take long."""
     logging.getLogger(__name__).info(
-        "loading the simulation's kernels; the first run ever compiles them, for about 10 s"
+        "loading kernels; the first run ever compiles them, which takes about half a minute"
     )
