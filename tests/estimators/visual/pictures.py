@@ -59,6 +59,34 @@ def blocks(rng: np.random.Generator, *, width: int = 320, height: int = 240) -> 
     return smooth(image, 0.8)
 
 
+class Scene:
+    """Sharp blocks on a wall, each pixel the mean of the light on it, as in a camera.
+
+    Resampled pictures would not do: interpolation kernels displace detail by hundredths of a pixel.
+    """
+
+    FINENESS = 8
+    """Light is known at so many places a pixel: shifts may be multiples of an eighth."""
+
+    def __init__(self, rng: np.random.Generator, *, margin: int = 50) -> None:
+        self._margin, k = margin, self.FINENESS
+        width, height = 320 + 2 * margin, 240 + 2 * margin
+        self._light = np.full((k * height, k * width), 128, dtype=np.uint8)
+        for _ in range(width * height // 30):
+            x, y = rng.integers(-10 * k, width * k), rng.integers(-10 * k, height * k)
+            w, h = rng.integers(3 * k, 16 * k, 2)
+            rows, columns = slice(max(y, 0), max(y + h, 0)), slice(max(x, 0), max(x + w, 0))
+            self._light[rows, columns] = rng.integers(30, 220)
+
+    def view(self, dx: float, dy: float) -> Image:
+        """(240, 320) with everything seen dx, dy [px] further right and down."""
+        k = self.FINENESS
+        left, top = (round(k * (self._margin - shift)) for shift in (dx, dy))
+        light = self._light[top : top + 240 * k, left : left + 320 * k]
+        seen = np.rint(light.reshape(240, k, 320, k).mean(axis=(1, 3)))
+        return np.asarray(seen, dtype=np.uint8)
+
+
 def grid(step: int = 20, margin: int = 30) -> NDArray[np.float64]:
     """(n, 2) places over the picture, away from its edges."""
     x, y = np.meshgrid(

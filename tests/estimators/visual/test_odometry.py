@@ -92,6 +92,17 @@ def test_a_blackout_with_tracks_is_coasted_through(solver: str) -> None:
     assert error[-1] @ np.linalg.solve(estimates[-1].covariance, error[-1]) < 16.3
 
 
+def test_a_scale_error_of_the_tracks_is_found_before_it_is_needed() -> None:
+    """Tracks that report six per cent too much, then darkness in which nothing else is left."""
+    room = drive(37, range(25, 37))
+    wrong = [{**o, "tracks": 1.06 * o["tracks"]} for o in room.observations]
+    learnt = run(wrong)[-1].pose - room.poses[-1]
+    trusting = run(wrong, track_scale_sigma=1e-6, turn_scale_sigma=1e-6)
+    believed = trusting[-1].pose - room.poses[-1]
+    assert np.linalg.norm(believed[:2]) > 0.03
+    assert np.linalg.norm(learnt[:2]) < 0.5 * np.linalg.norm(believed[:2])
+
+
 def test_a_blackout_without_tracks_is_lost_after_a_second_and_found_again() -> None:
     room = drive(34, DARK)
     estimates = run(room.observations, tracks=False)

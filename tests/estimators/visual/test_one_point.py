@@ -176,6 +176,17 @@ def test_consensus_is_nearly_as_good_as_trying_every_value() -> None:
         assert best == pytest.approx(0.3, abs=0.012)
 
 
+def test_hypotheses_are_sampled_by_their_precision() -> None:
+    """Twenty sure values among a thousand vague ones: sampled evenly they would be missed."""
+    rng = np.random.default_rng(8)
+    sigmas = np.repeat([0.01, 1.0], [20, 980])
+    for _ in range(30):
+        v = np.concatenate([rng.normal(0.3, 0.01, 20), rng.uniform(-9, 9, 980)])
+        best, agree, trials = consensus(v, sigmas, rng)
+        assert best == pytest.approx(0.3, abs=0.05) and agree[:20].mean() > 0.8
+        assert trials < 64
+
+
 def test_values_without_a_finite_sigma_have_no_voice() -> None:
     rng = np.random.default_rng(6)
     v, sigmas = np.array([5.0, np.nan, 1.0, 5.0]), np.array([np.inf, 0.1, 0.1, np.nan])

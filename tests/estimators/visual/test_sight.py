@@ -74,6 +74,14 @@ def test_a_wide_search_finds_the_motion_that_a_narrow_one_misses() -> None:
     assert np.abs(found.planar().pose - truth(6)).max() < 0.006
 
 
+@pytest.mark.parametrize("later", [3, 8])
+def test_after_a_wide_search_a_narrow_one_finds_what_was_ambiguous(later: int) -> None:
+    known = look(later, truth(later)).diagnostics["candidates"]
+    found = look(later, truth(later) + [0.0, 0.0, 0.12], sigma=0.1)
+    assert found.diagnostics["candidates"] > 0.95 * known
+    assert np.abs(found.planar().pose - truth(later)).max() < 0.004
+
+
 def test_in_the_dark_there_is_no_motion_and_nothing_to_tell() -> None:
     blind = look(12, truth(5))
     assert blind.motion is None and blind.diagnostics["inliers"] == 0
