@@ -26,7 +26,7 @@ class FivePointRansac(MotionSolver):
         )
 
     def solve(
-        self, matches: Matches, prior: MotionPrior, noise: Array, rng: np.random.Generator
+        self, matches: Matches, prior: MotionPrior, rng: np.random.Generator
     ) -> Hypothesis | None:
         if len(matches.reference) < _SAMPLE:
             return None

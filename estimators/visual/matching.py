@@ -27,6 +27,35 @@ class MatchingOptions:
 
 
 @dataclass(frozen=True, slots=True)
+class PixelNoise:
+    """Sigmas of a matched point.
+
+    The keyframe's point is where its patch was cut, by definition, and has no error of place.
+    """
+
+    place: float = 0.08
+    """px, of a patch found again that looks the same"""
+    deformation: float = 0.4
+    """px more per unit by which the patch is stretched or sheared: detail comes and goes with it"""
+    disparity: float = 0.1
+    """px"""
+
+    def expected(self) -> Array:
+        """(6,) variances of u, v, d in the keyframe and now, of a patch that looks the same."""
+        return np.array([_CUT, _CUT, self.disparity, self.place, self.place, self.disparity]) ** 2
+
+    def of_warps(self, warps: Array) -> Array:
+        """(n, 6) the same of patches under warps (n, 2, 2)."""
+        stretch = np.linalg.norm(warps - np.eye(2), axis=(1, 2))
+        variances = np.tile(self.expected(), (len(warps), 1))
+        variances[:, 3:5] += (self.deformation * stretch[:, None]) ** 2
+        return variances
+
+
+_CUT = 1e-3  # px
+
+
+@dataclass(frozen=True, slots=True)
 class Prediction:
     """Where the reference frame's points are expected (`motion.predict_points`)."""
 
@@ -46,6 +75,8 @@ class Matches:
     """(n, 3) u, v, d [px]"""
     current: Array
     """(n, 3)"""
+    noise: Array
+    """(n, 6) variances of u, v, d in the reference and in the current frame [px^2]"""
     candidates: int
     """How many features matched before the choice."""
 
@@ -55,6 +86,7 @@ def match_frames(
     current: StereoFrame,
     prediction: Prediction,
     options: MatchingOptions,
+    noise: PixelNoise,
     *,
     disparity_offset: float,
 ) -> Matches:
@@ -87,7 +119,13 @@ def match_frames(
     disparity = align_rows(current.left, current.right, raw, 1.5)[:, 0] - disparity_offset
     good = np.nan_to_num(disparity) > 0
     aligned = np.column_stack([place[settled][good], disparity[good]])
-    return Matches(reference.points[found[settled[good]]], aligned, int((partner >= 0).sum()))
+    kept = settled[good]
+    return Matches(
+        reference.points[found[kept]],
+        aligned,
+        noise.of_warps(warps[kept]),
+        int((partner >= 0).sum()),
+    )
 
 
 def surface_warp(by_point: Array, slopes: Array) -> Array:

@@ -34,6 +34,7 @@ CAUCHY = 3.0
 """Squared error at which a point's weight has halved."""
 MEDIAN_ERROR = 2.366  # chi-square of 3 degrees of freedom
 SETTLED = 1e-7  # rad and m
+LEAST_SCALE = 0.05  # of the assumed variances, lest points without noise shut the gate
 
 
 def intrinsics(camera: StereoCamera) -> Array:
@@ -234,8 +235,9 @@ def gauss_newton(
             reference, current, corrected, motion, noise, T_base_camera, camera,
             errors, residual, jacobian, by_point, information,
         )  # fmt: skip
-        # Noisier images than assumed must widen the gate, not starve the estimate.
-        scale = max(1.0, np.median(errors[supporters]) / MEDIAN_ERROR)
+        # The gate follows the noise: too narrow it starves the estimate, too wide it lets
+        # slightly wrong matches pull at it.
+        scale = max(LEAST_SCALE, np.median(errors[supporters]) / MEDIAN_ERROR)
         H, g = np.diag(prior_information), prior_information * (prior_mean - motion)
         by_disparity[:] = 0.0
         for i in range(n):
@@ -251,7 +253,7 @@ def gauss_newton(
         motion = motion + change
         for i in range(n):
             if errors[i] < GATE * scale:
-                gain = (noise[:3] * by_point[i]).T @ information[i]
+                gain = (noise[i, :3] * by_point[i]).T @ information[i]
                 corrected[i] = reference[i] + gain @ (residual[i] - jacobian[i] @ change)
         if np.abs(change).max() < SETTLED:
             break
@@ -282,7 +284,7 @@ def _compare(
             errors[i] = np.inf
             continue
         residual[i] = current[i] - p - Jw @ (reference[i] - corrected[i])
-        _invert_spread(Jw, noise, information[i])
+        _invert_spread(Jw, noise[i], information[i])
         errors[i] = residual[i] @ (information[i] @ residual[i])
 
 

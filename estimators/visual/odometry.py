@@ -11,7 +11,7 @@ from grouser.estimators.visual.five_point import FivePointRansac
 from grouser.estimators.visual.frontend import FrontendOptions, StereoFrame, StereoFrontend, grey
 from grouser.estimators.visual.fusion import NOTHING_YET, Fused, RelativeFilter
 from grouser.estimators.visual.keyframes import KeyframeRule
-from grouser.estimators.visual.matching import MatchingOptions
+from grouser.estimators.visual.matching import MatchingOptions, PixelNoise
 from grouser.estimators.visual.motion import chassis_pose
 from grouser.estimators.visual.one_point import OnePointRansac
 from grouser.estimators.visual.prediction import (
@@ -51,8 +51,8 @@ class VisualOdometry(PoseEstimator):
         solver: str = "one-point",
         max_points: int = 64,
         corners: int = 900,
-        place_noise_px: float = 0.15,
-        disparity_noise_px: float = 0.15,
+        place_noise_px: float = 0.08,
+        disparity_noise_px: float = 0.1,
         roll_pitch_prior: float = 0.003,
         side_slip_prior: float = 0.02,
         track_noise: float = 0.03,
@@ -94,12 +94,11 @@ class VisualOdometry(PoseEstimator):
         self._frontend = StereoFrontend(
             FrontendOptions(corners=corners), disparity_offset=rig.stereo.disparity_offset
         )
-        place, disparity = place_noise_px, disparity_noise_px
         self._sight = KeyframeSight(
             rig.stereo,
             SOLVERS[solver](rig.stereo),
             matching=MatchingOptions(max_points=max_points),
-            noise=np.array([_CUT, _CUT, disparity, place, place, disparity]) ** 2,
+            noise=PixelNoise(place=place_noise_px, disparity=disparity_noise_px),
         )
         self._prior = ChassisPrior(tilt_floor=roll_pitch_prior, side_per_chord=side_slip_prior)
         self._track_noise = TrackNoise(scale=track_noise)
@@ -228,4 +227,3 @@ _FASTEST = np.array([15.0, 1.0, 1.0])  # m/s, m/s, rad/s: one sigma of an unknow
 _SCALE_WALK = 5e-4  # how far a track's scale error wanders a frame, one sigma (SPEC 1.5)
 # px of disparity that interpolation shifts all points by, one sigma; a test measures it.
 _ALIGNMENT_BIAS = 0.02
-_CUT = 1e-3  # px: the keyframe's point is where its patch was cut, by definition

@@ -29,15 +29,15 @@ class OnePointRansac(MotionSolver):
         self._solver = PlanarSolver(camera)
 
     def solve(
-        self, matches: Matches, prior: MotionPrior, noise: Array, rng: np.random.Generator
+        self, matches: Matches, prior: MotionPrior, rng: np.random.Generator
     ) -> Hypothesis | None:
         points = self._solver.level(matches.reference, matches.current)
         slack = prior.tolerance
-        turns, turn_sigmas = self._solver.turns(points, noise, slack, side=prior.side)
+        turns, turn_sigmas = self._solver.turns(points, matches.noise, slack, side=prior.side)
         turn, agree, trials = consensus(turns, turn_sigmas, rng)
         if turn is None:
             return None
-        chords, chord_sigmas = self._solver.chords(points, turn, noise, slack)
+        chords, chord_sigmas = self._solver.chords(points, turn, matches.noise, slack)
         chord_sigmas = np.where(agree, chord_sigmas, np.inf)
         chord, inliers, more = consensus(chords, chord_sigmas, rng)
         if chord is None:

@@ -72,7 +72,7 @@ class PlanarSolver:
         """theta (n,) [rad] from each point and its sigma (n,) (SPEC 1.2, 1.4).
 
         Args:
-            noise: (6,) variances of u, v, d in the reference and the current frame [px^2].
+            noise: (n, 6) variances of u, v, d in the reference and the current frame [px^2].
             side: displacement s across the half-angle frame [m], where the path between the frames
                 was no single arc. SPEC 1.2 has s = 0; with it, in metric coordinates,
                 (x' - x) cos(phi) - s = (z + z' + 2a) sin(phi).
@@ -142,8 +142,8 @@ class PlanarSolver:
         q_, d_ = points.q_, points.d_
         by_pixel = np.column_stack([(by_q @ self._level[:, :2]) * self._scale, by_d])
         by_pixel_ = np.column_stack([(by_q_ @ self._level[:, :2]) * self._scale, by_d_])
-        variance = by_pixel**2 @ noise[:3]
-        variance += by_pixel_**2 @ noise[3:]
+        variance = (by_pixel**2 * noise[:, :3]).sum(axis=1)
+        variance += (by_pixel_**2 * noise[:, 3:]).sum(axis=1)
         by_pitch = by_q_[:, 1] * q_[:, 2] - by_q_[:, 2] * q_[:, 1]
         by_roll = by_q_[:, 1] * q_[:, 0] - by_q_[:, 0] * q_[:, 1]
         by_height = by_q_[:, 1] * d_ / self._baseline

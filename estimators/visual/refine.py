@@ -51,7 +51,7 @@ def refine(
         start: (6,) first guess, good to a few pixels.
         supporters: (n,) points believed to be right; their errors tell how noisy pixels are.
         prior: of the motion; its sigmas are finite, if wide.
-        noise: (6,) variances of u, v, d in the reference and in the current frame [px^2].
+        noise: (n, 6) variances of u, v, d in the reference and in the current frame [px^2].
         T_base_camera: (4, 4) mount; camera: (5,) from `intrinsics`.
     """
     motion, covariance, by_disparity, errors, scale, steps = gauss_newton(

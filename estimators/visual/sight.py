@@ -7,7 +7,7 @@ import numpy as np
 
 from grouser.estimators.visual.frontend import Keyframe, StereoFrame
 from grouser.estimators.visual.fusion import RelativePose
-from grouser.estimators.visual.matching import MatchingOptions, Prediction, match_frames
+from grouser.estimators.visual.matching import MatchingOptions, PixelNoise, Prediction, match_frames
 from grouser.estimators.visual.motion import intrinsics, predict_points
 from grouser.estimators.visual.prior import MotionPrior
 from grouser.estimators.visual.refine import refine
@@ -21,7 +21,7 @@ FEWEST_REFINED = 10
 _WIDE_SEARCH = 20.0  # px in an image 320 px wide: beyond it the first match is only a first guess
 _UNUSABLE_TURN = 0.05  # rad of sigma: the points do not hold the motion
 # Of the assumed pixel variance: residuals cannot show the errors that all points share.
-_LEAST_NOISE = 0.5
+_LEAST_NOISE = 0.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,9 +76,8 @@ class KeyframeSight:
         solver: MotionSolver,
         *,
         matching: MatchingOptions,
-        noise: Array,
+        noise: PixelNoise,
     ) -> None:
-        """noise: (6,) variances of u, v, d in the keyframe and in the current frame [px^2]."""
         self._camera = camera
         self._intrinsics = intrinsics(camera)
         self._solver = solver
@@ -129,7 +128,7 @@ class KeyframeSight:
                 covariance,
                 camera.T_base_camera,
                 self._intrinsics,
-                self._noise,
+                self._noise.expected(),
             )
         )
 
@@ -148,6 +147,7 @@ class KeyframeSight:
             frame,
             self._predict(keyframe, mean, covariance),
             self._matching,
+            self._noise,
             disparity_offset=camera.disparity_offset,
         )
         matched = time.perf_counter()
@@ -161,7 +161,7 @@ class KeyframeSight:
         blind = Sight(None, np.zeros((6, 6)), np.zeros(6), diagnostics)
         if found < FEWEST_MATCHES:
             return blind
-        hypothesis = self._solver.solve(matches, prior, self._noise, rng)
+        hypothesis = self._solver.solve(matches, prior, rng)
         solved = time.perf_counter()
         if hypothesis is None or hypothesis.inliers.sum() < FEWEST_AGREEING:
             return blind
@@ -171,7 +171,7 @@ class KeyframeSight:
             start=hypothesis.motion,
             supporters=hypothesis.inliers,
             prior=prior,
-            noise=self._noise,
+            noise=matches.noise,
             T_base_camera=camera.T_base_camera,
             camera=self._intrinsics,
         )

@@ -28,12 +28,11 @@ class MotionSolver(ABC):
 
     @abstractmethod
     def solve(
-        self, matches: Matches, prior: MotionPrior, noise: Array, rng: np.random.Generator
+        self, matches: Matches, prior: MotionPrior, rng: np.random.Generator
     ) -> Hypothesis | None:
         """The best hypothesis, or None where no minimal sample gives a motion.
 
         Args:
             prior: what is believed of the motion but for its turn and chord.
-            noise: (6,) variances of u, v, d in the reference and the current frame [px^2].
             rng: the only source of chance.
         """

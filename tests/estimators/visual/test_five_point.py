@@ -21,7 +21,7 @@ CAMERA = stereo(MOUNTS["everything"])
 def test_without_noise_the_motion_is_exact_with_its_scale(mount: Array, motion: Array) -> None:
     camera = stereo(mount, fy=280.0)
     matches = matched(np.random.default_rng(0), camera, motion, n=60)
-    found = FivePointRansac(camera).solve(matches, PRIOR, NOISE, np.random.default_rng(1))
+    found = FivePointRansac(camera).solve(matches, PRIOR, np.random.default_rng(1))
     assert found is not None and found.inliers.all()
     assert np.abs(found.motion - motion).max() < 1e-5
 
@@ -29,7 +29,7 @@ def test_without_noise_the_motion_is_exact_with_its_scale(mount: Array, motion: 
 def test_a_short_step_keeps_points_that_are_hundreds_of_steps_away() -> None:
     for rng in np.random.default_rng(6).spawn(20):
         matches = matched(rng, CAMERA, six(0.02, 0.05), noise=NOISE, depth=(1.0, 20.0))
-        found = FivePointRansac(CAMERA).solve(matches, PRIOR, NOISE, rng)
+        found = FivePointRansac(CAMERA).solve(matches, PRIOR, rng)
         assert found is not None and found.inliers.mean() > 0.9
         assert np.abs(found.motion[:2] - [0.02, 0.05]).max() < 0.005
 
@@ -37,7 +37,7 @@ def test_a_short_step_keeps_points_that_are_hundreds_of_steps_away() -> None:
 def test_half_of_the_points_may_be_wrong() -> None:
     for rng in np.random.default_rng(2).spawn(20):
         matches = matched(rng, CAMERA, FREE, n=100, noise=NOISE, outliers=50)
-        found = FivePointRansac(CAMERA).solve(matches, PRIOR, NOISE, rng)
+        found = FivePointRansac(CAMERA).solve(matches, PRIOR, rng)
         assert found is not None
         assert found.inliers[50:].mean() > 0.9
         assert found.inliers[:50].mean() < 0.25  # a wrong point may lie on its epipolar line
@@ -50,7 +50,7 @@ def test_the_generator_decides_and_nothing_else() -> None:
 
     def motion(seed: int) -> bytes:
         rng = np.random.default_rng(seed)
-        found = FivePointRansac(CAMERA).solve(matches, PRIOR, NOISE, rng)
+        found = FivePointRansac(CAMERA).solve(matches, PRIOR, rng)
         assert found is not None
         return found.motion.tobytes()
 
@@ -61,16 +61,16 @@ def test_the_generator_decides_and_nothing_else() -> None:
 def test_four_points_are_too_few() -> None:
     m = matched(np.random.default_rng(4), CAMERA, FREE, n=4)
     solver = FivePointRansac(CAMERA)
-    assert solver.solve(m, PRIOR, NOISE, np.random.default_rng(0)) is None
-    nothing = Matches(np.empty((0, 3)), np.empty((0, 3)), 0)
-    assert solver.solve(nothing, PRIOR, NOISE, np.random.default_rng(0)) is None
+    assert solver.solve(m, PRIOR, np.random.default_rng(0)) is None
+    nothing = Matches(np.empty((0, 3)), np.empty((0, 3)), np.empty((0, 6)), 0)
+    assert solver.solve(nothing, PRIOR, np.random.default_rng(0)) is None
 
 
 def test_at_rest_it_gives_no_motion_of_any_size() -> None:
     """Without parallax the direction is noise, but then stereo says that its length is nothing."""
     for rng in np.random.default_rng(5).spawn(20):
         matches = matched(rng, CAMERA, np.zeros(6), noise=NOISE, depth=(0.8, 5.0))
-        found = FivePointRansac(CAMERA).solve(matches, PRIOR, NOISE, rng)
+        found = FivePointRansac(CAMERA).solve(matches, PRIOR, rng)
         assert found is None or np.linalg.norm(found.motion[1:4]) < 0.03
 
 

@@ -12,6 +12,7 @@ from grouser.estimators.visual.frontend import (
 from grouser.estimators.visual.matching import (
     Matches,
     MatchingOptions,
+    PixelNoise,
     Prediction,
     _spread,
     match_frames,
@@ -25,6 +26,7 @@ from tests.estimators.visual.pictures import Scene
 
 SCENE = Scene(np.random.default_rng(0))
 DISPARITY = 10
+NOISE = PixelNoise()
 
 
 def wall(
@@ -49,7 +51,7 @@ def expected(key: Keyframe, dx: float, dy: float, sigma: float) -> Prediction:
 
 def matches(prediction: Prediction, frame: StereoFrame, max_points: int = 64) -> Matches:
     return match_frames(
-        KEY, frame, prediction, MatchingOptions(max_points=max_points), disparity_offset=0.0
+        KEY, frame, prediction, MatchingOptions(max_points=max_points), NOISE, disparity_offset=0.0
     )
 
 
@@ -74,7 +76,7 @@ def test_a_disparity_offset_is_no_disparity() -> None:
     key = keyframe(offset=3)
     prediction = expected(key, 6.0, -4.0, 1.0)
     found = match_frames(
-        key, wall(6, -4, offset=3), prediction, MatchingOptions(), disparity_offset=3.0
+        key, wall(6, -4, offset=3), prediction, MatchingOptions(), NOISE, disparity_offset=3.0
     )
     assert len(found.reference) > 50
     assert np.median(found.reference[:, 2]) == pytest.approx(DISPARITY, abs=0.02)
@@ -139,7 +141,7 @@ def test_within_a_bucket_near_points_come_first() -> None:
     assert 0.3 < (key.points[:, 2] > 10).mean() < 0.7
     options = MatchingOptions(max_points=40, buckets=(1, 1))
     prediction = expected(key, 6.0, -4.0, 1.0)
-    found = match_frames(key, two_walls(6, -4), prediction, options, disparity_offset=0.0)
+    found = match_frames(key, two_walls(6, -4), prediction, options, NOISE, disparity_offset=0.0)
     assert len(found.current) > 30 and (found.current[:, 2] > 10).mean() > 0.9
 
 
@@ -163,6 +165,17 @@ def test_fewer_points_than_wanted_are_all_kept() -> None:
     points, score = np.array([[1.0, 1.0, 1.0], [2.0, 2.0, 1.0]]), np.zeros(2)
     np.testing.assert_array_equal(_spread(points, score, MatchingOptions(), 320, 240), [0, 1])
     assert len(_spread(points[:0], score[:0], MatchingOptions(), 320, 240)) == 0
+
+
+def test_a_patch_that_looks_another_way_is_found_less_exactly() -> None:
+    """A keyframe's point is where it was cut; stretch and shear add to the noise of the other."""
+    alike, stretched = NOISE.of_warps(np.array([np.eye(2), 1.2 * np.eye(2)]))
+    np.testing.assert_array_equal(alike, NOISE.expected())
+    np.testing.assert_allclose(np.sqrt(alike[2:]), [0.1, 0.08, 0.08, 0.1])
+    assert (stretched[3:5] > alike[3:5]).all()
+    np.testing.assert_array_equal(stretched[[0, 1, 2, 5]], alike[[0, 1, 2, 5]])
+    found = matches(expected(KEY, 6.0, -4.0, 1.0), MOVED)
+    assert found.noise.shape == (len(found.reference), 6)
 
 
 def test_the_warp_of_a_plane_is_the_derivative_of_its_image() -> None:

@@ -33,7 +33,7 @@ def test_hypotheses_needed_as_in_the_table_of_the_spec(outlier_ratio: float, nee
 
 
 def solve(matches: Matches, rng: np.random.Generator) -> Hypothesis:
-    found = OnePointRansac(CAMERA).solve(matches, RIGID, NOISE, rng)
+    found = OnePointRansac(CAMERA).solve(matches, RIGID, rng)
     assert found is not None
     return found
 
@@ -58,7 +58,7 @@ def test_recall_and_precision_with_the_refinement_that_follows(outlier_ratio: fl
             start=found.motion,
             supporters=found.inliers,
             prior=RIGID,
-            noise=NOISE,
+            noise=matches.noise,
             T_base_camera=CAMERA.T_base_camera,
             camera=intrinsics(CAMERA),
         )
@@ -94,7 +94,7 @@ def test_the_generator_decides_and_nothing_else() -> None:
     solver = OnePointRansac(CAMERA)
 
     def motion(seed: int) -> bytes:
-        found = solver.solve(matches, RIGID, NOISE, np.random.default_rng(seed))
+        found = solver.solve(matches, RIGID, np.random.default_rng(seed))
         assert found is not None and 16 <= found.trials < 300
         return found.motion.tobytes() + found.inliers.tobytes()
 
@@ -108,7 +108,7 @@ def share_agreeing(prior: MotionPrior, pitch: float) -> float:
     for _ in range(30):
         motion = six(0.03, 0.1, 0.0, 0.0, 0.0, pitch)
         matches = matched(rng, CAMERA, motion, noise=NOISE / 4)
-        found = OnePointRansac(CAMERA).solve(matches, prior, NOISE / 4, rng)
+        found = OnePointRansac(CAMERA).solve(matches, prior, rng)
         kept.append(0.0 if found is None else found.inliers.mean())
     return float(np.mean(kept))
 
@@ -128,10 +128,10 @@ def test_a_path_that_was_no_arc_keeps_its_inliers_where_its_side_is_expected() -
     aware, unaware = [], []
     for rng in np.random.default_rng(7).spawn(30):
         matches = matched(rng, CAMERA, truth, noise=NOISE / 4)
-        found = OnePointRansac(CAMERA).solve(matches, expected, NOISE / 4, rng)
+        found = OnePointRansac(CAMERA).solve(matches, expected, rng)
         assert found is not None and np.abs(found.motion - truth).max() < 0.01
         aware.append(found.inliers.mean())
-        found = OnePointRansac(CAMERA).solve(matches, RIGID, NOISE / 4, rng)
+        found = OnePointRansac(CAMERA).solve(matches, RIGID, rng)
         unaware.append(0.0 if found is None else found.inliers.mean())
     assert np.mean(aware) > 0.95
     assert np.mean(unaware) < 0.8
@@ -197,5 +197,5 @@ def test_values_without_a_finite_sigma_have_no_voice() -> None:
 
 
 def test_without_a_match_there_is_no_hypothesis() -> None:
-    nothing = Matches(np.empty((0, 3)), np.empty((0, 3)), 0)
-    assert OnePointRansac(CAMERA).solve(nothing, RIGID, NOISE, np.random.default_rng(0)) is None
+    nothing = Matches(np.empty((0, 3)), np.empty((0, 3)), np.empty((0, 6)), 0)
+    assert OnePointRansac(CAMERA).solve(nothing, RIGID, np.random.default_rng(0)) is None

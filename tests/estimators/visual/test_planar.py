@@ -23,7 +23,7 @@ from tests.estimators.visual.clouds import (
 )
 
 RIGID = ChassisTolerance()
-NOISE = np.full(6, 0.3**2)
+NOISE = np.full((1, 6), 0.3**2)  # one row serves all points
 
 
 def solved(camera: StereoCamera, reference: Array, current: Array) -> tuple[Array, Array]:
@@ -119,7 +119,7 @@ def test_the_printed_sign_of_eq_16_gives_twice_the_depth() -> None:
 @pytest.mark.parametrize("mount", MOUNTS.values(), ids=MOUNTS.keys())
 def test_exchanged_frames_give_the_opposite_motion_under_any_noise(mount: Array) -> None:
     solver, rng = PlanarSolver(stereo(mount)), np.random.default_rng(4)
-    matches = matched(rng, stereo(mount), six(0.05, 0.1), n=50, noise=NOISE, depth=(0.8, 4.0))
+    matches = matched(rng, stereo(mount), six(0.05, 0.1), n=50, noise=NOISE[0], depth=(0.8, 4.0))
     there = solver.level(matches.reference, matches.current)
     back = solver.level(matches.current, matches.reference)
     turn = solver.turns(there, NOISE, RIGID)[0]
@@ -149,7 +149,7 @@ def test_sigmas_agree_with_monte_carlo(
 ) -> None:
     """SPEC 1.4: to 5 % where |V| >= 20 px and u, d are independent, at worst 17 % where not."""
     rng, camera, draws = np.random.default_rng(5), stereo(MOUNTS[name]), 4000
-    solver, motion, noise = PlanarSolver(camera), six(0.03, 0.1), 0.09 * np.array([1, 1, 2] * 2)
+    solver, motion, noise = PlanarSolver(camera), six(0.03, 0.1), 0.09 * np.array([[1, 1, 2] * 2])
     pixels = [(100, 80, 15.6), (100, 40, 15.6), (20, 60, 8.0), (-90, 25, 6.2), (-30, -50, 10.0)]
     for U, V, d in pixels:
         reference = np.array([[camera.cx + U, camera.cy + V, d]])
@@ -169,7 +169,7 @@ def test_what_leaves_the_plane_is_in_the_sigma(name: str) -> None:
     mount = MOUNTS["everything"].copy()
     mount[:3, 3] = 0.0
     camera, rng, sigma = stereo(mount), np.random.default_rng(6), 1e-5
-    solver, exact = PlanarSolver(camera), np.zeros(6)
+    solver, exact = PlanarSolver(camera), np.zeros((1, 6))
     reference = seen(scattered(rng, 12, camera, depth=(1.0, 5.0)), camera)
     turns, chords = [], []
     for draw in sigma * rng.normal(size=1000):

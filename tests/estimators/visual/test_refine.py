@@ -34,7 +34,7 @@ def refined(
         start=start,
         supporters=supporters,
         prior=prior,
-        noise=noise,
+        noise=np.tile(noise, (len(matches.reference), 1)),
         T_base_camera=camera.T_base_camera,
         camera=intrinsics(camera),
     )
@@ -103,7 +103,9 @@ def test_gross_outliers_are_refused_and_cost_nothing() -> None:
     start = truth + six(0.005, -0.01)
     for rng in np.random.default_rng(5).spawn(200):
         matches = matched(rng, CAMERA, truth, n=91, noise=NOISE, outliers=wrong)
-        alone = Matches(matches.reference[wrong:], matches.current[wrong:], 64)
+        alone = Matches(
+            matches.reference[wrong:], matches.current[wrong:], matches.noise[wrong:], 64
+        )
         result = refined(matches, start=start, outliers=wrong)
         dirty.append(result.motion - truth)
         clean.append(refined(alone, start=start).motion - truth)
@@ -157,7 +159,9 @@ def test_by_disparity_is_what_an_offset_of_all_disparities_does() -> None:
 
     def motion(d: float) -> Array:
         shifted = [points + [0.0, 0.0, d] for points in (matches.reference, matches.current)]
-        return refined(Matches(shifted[0], shifted[1], 64), start=truth, prior=LOOSE).motion
+        return refined(
+            Matches(shifted[0], shifted[1], matches.noise, 64), start=truth, prior=LOOSE
+        ).motion
 
     difference = (motion(offset) - motion(-offset)) / (2 * offset)
     stated = refined(matches, start=truth, prior=LOOSE).by_disparity

@@ -7,7 +7,7 @@ from grouser.estimators.synthetic_drive import RIG, synthetic_drive
 from grouser.estimators.visual.descriptor import Image
 from grouser.estimators.visual.five_point import FivePointRansac
 from grouser.estimators.visual.frontend import FrontendOptions, StereoFrame, StereoFrontend, grey
-from grouser.estimators.visual.matching import MatchingOptions
+from grouser.estimators.visual.matching import MatchingOptions, PixelNoise
 from grouser.estimators.visual.one_point import OnePointRansac
 from grouser.estimators.visual.prior import ChassisPrior
 from grouser.estimators.visual.sight import (
@@ -21,7 +21,6 @@ from grouser.geometry import Array, between, rotate
 from grouser.rig import StereoCamera
 
 DRIVE = synthetic_drive(frames=31, blackout=range(10, 25))
-NOISE = np.array([1e-3, 1e-3, 0.15, 0.15, 0.15, 0.15]) ** 2
 assert RIG.stereo is not None
 CAMERA: StereoCamera = RIG.stereo
 
@@ -42,7 +41,7 @@ def look(
     frontend = StereoFrontend(FrontendOptions())
     keyframe = frontend.make_keyframe(frame(frontend, 2))
     now = frame(frontend, later) if isinstance(later, int) else frontend.extract(later, later)
-    sight = KeyframeSight(CAMERA, solver(CAMERA), matching=MatchingOptions(), noise=NOISE)
+    sight = KeyframeSight(CAMERA, solver(CAMERA), matching=MatchingOptions(), noise=PixelNoise())
     prior = ChassisPrior().about(pose_motion(expected), 0.002, np.zeros(6))
     expectation = Expectation(expected, np.eye(3) * sigma**2)
     return sight.look(keyframe, now, expectation, prior, np.random.default_rng(0))
