@@ -21,6 +21,7 @@ from grouser.estimators.visual.prediction import (
 )
 from grouser.estimators.visual.prior import ChassisPrior, MotionPrior
 from grouser.estimators.visual.sight import (
+    FEWEST_MATCHES,
     Expectation,
     KeyframeSight,
     Sight,
@@ -82,8 +83,22 @@ class VisualOdometry(PoseEstimator):
             lost_after: s of prediction without tracks until the pose is LOST.
 
         Raises:
-            ValueError: an unknown solver, or a rig without a stereo camera.
+            ValueError: an unknown solver, an option out of range, or a rig without a stereo camera.
         """
+        _require_at_least(FEWEST_MATCHES, max_points=max_points, corners=corners)
+        _require_positive(
+            place_noise_px=place_noise_px,
+            disparity_noise_px=disparity_noise_px,
+            roll_pitch_prior=roll_pitch_prior,
+            side_slip_prior=side_slip_prior,
+            track_noise=track_noise,
+            track_scale_sigma=track_scale_sigma,
+            turn_scale_sigma=turn_scale_sigma,
+            turn_noise=turn_noise,
+            keyframe_distance=keyframe_distance,
+            keyframe_turn=keyframe_turn,
+            lost_after=lost_after,
+        )
         if solver not in SOLVERS:
             raise ValueError(f"no solver is named {solver!r}; known: {', '.join(sorted(SOLVERS))}")
         if rig.stereo is None:
@@ -227,3 +242,15 @@ _FASTEST = np.array([15.0, 1.0, 1.0])  # m/s, m/s, rad/s: one sigma of an unknow
 _SCALE_WALK = 5e-4  # how far a track's scale error wanders a frame, one sigma (SPEC 1.5)
 # px of disparity that interpolation shifts all points by, one sigma; a test measures it.
 _ALIGNMENT_BIAS = 0.02
+
+
+def _require_at_least(least: int, **counts: int) -> None:
+    for name, value in counts.items():
+        if value < least:
+            raise ValueError(f"{name} must be at least {least}, got {value!r}")
+
+
+def _require_positive(**values: float) -> None:
+    for name, value in values.items():
+        if not (np.isfinite(value) and value > 0):
+            raise ValueError(f"{name} must be positive and finite, got {value!r}")

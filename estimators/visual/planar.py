@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grouser.geometry import Array, inverse_transform
+from grouser.geometry import Array
 from grouser.rig import R_BASE_OPTICAL, StereoCamera
 
 
@@ -149,14 +149,3 @@ class PlanarSolver:
         by_height = by_q_[:, 1] * d_ / self._baseline
         variance += (by_pitch * tolerance.pitch) ** 2 + (by_roll * tolerance.roll) ** 2
         return np.asarray(variance + (by_height * tolerance.height) ** 2)
-
-
-def planar_camera_motion(turn: float, chord: float, T_base_camera: Array) -> Array:
-    """T (4, 4) that maps points of the reference camera to the current one (eq. (15))."""
-    half = turn / 2
-    T_reference_current = np.eye(4)
-    c, s = np.cos(turn), np.sin(turn)
-    T_reference_current[:2, :2] = [[c, -s], [s, c]]
-    T_reference_current[:2, 3] = chord * np.cos(half), chord * np.sin(half)
-    T_camera_base = inverse_transform(T_base_camera)
-    return T_camera_base @ inverse_transform(T_reference_current) @ T_base_camera

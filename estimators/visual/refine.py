@@ -22,7 +22,7 @@ class Refinement:
     motion: Array
     """(6,) as in `grouser.estimators.visual.motion`."""
     covariance: Array
-    """(6, 6) of independent pixel noise"""
+    """(6, 6) of independent pixel noise, as large as the residuals show it to be"""
     by_disparity: Array
     """(6,) error of the motion per px by which all disparities are off: it does not average out"""
     inliers: NDArray[np.bool_]
@@ -67,23 +67,37 @@ def refine(
         iterations,
     )
     inliers = errors < GATE * scale
-    kept = errors[inliers]
-    weights = 1.0 / (1.0 + kept / (CAUCHY * scale))
-    ratio = float(weights @ kept / weights.sum() / _EXPECTED_ERROR) if len(kept) else np.inf
-    covariance = _sandwich(covariance, 1.0 / prior.sigma**2)
+    information = np.diag(1.0 / prior.sigma**2)
+    fitted = 6 - float(np.trace(covariance @ information))
+    ratio = _noise_ratio(errors[inliers], scale, fitted)
+    covariance = _sandwich(covariance, information, max(ratio, _LEAST_NOISE))
     return Refinement(motion, covariance, by_disparity, inliers, ratio, steps)
 
 
-def _sandwich(inverse: Array, prior_information: Array) -> Array:
+def _noise_ratio(errors: Array, scale: float, fitted: float) -> float:
+    """Weighted mean of the inliers' squared errors (n,), over the expected one.
+
+    fitted: how many numbers the points determined, which their residuals are smaller by.
+    """
+    freedom = 3 * len(errors) - fitted
+    if freedom <= 0:
+        return float(np.inf)
+    weights = 1.0 / (1.0 + errors / (CAUCHY * scale))
+    mean = weights @ errors / weights.sum()
+    return float(mean / _EXPECTED_ERROR * 3 * len(errors) / freedom)
+
+
+def _sandwich(inverse: Array, prior: Array, noise_ratio: float) -> Array:
     """Covariance (6, 6) of the weighted estimate, from the inverse of its normal equations.
 
-    The points' part of these is weighted by the errors themselves; the prior's is not, and what
-    only the prior holds must keep the prior's variance.
+    prior: (6, 6) its information.
+
+    The points' part of these is weighted by the errors themselves, and as noisy as they turned out
+    to be; the prior's is not, and what only the prior holds must keep the prior's variance.
     """
-    prior = np.diag(prior_information)
     points = np.linalg.inv(inverse) - prior
     bread = np.linalg.inv(prior + _CURVATURE * points)
-    return np.asarray(bread @ (prior + _SPREAD * points) @ bread)
+    return np.asarray(bread @ (prior + noise_ratio * _SPREAD * points) @ bread)
 
 
 def _expectations() -> tuple[float, float, float]:
@@ -103,5 +117,8 @@ def _expectations() -> tuple[float, float, float]:
     mean_error = np.sum(density * w * e) / mean_weight
     return float(mean_error), float(slope / mean_weight), float(spread / mean_weight)
 
+
+# Of the assumed pixel variances: residuals cannot show the errors that all points share.
+_LEAST_NOISE = 0.3
 
 _EXPECTED_ERROR, _CURVATURE, _SPREAD = _expectations()

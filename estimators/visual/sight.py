@@ -20,8 +20,6 @@ FEWEST_AGREEING = 6
 FEWEST_REFINED = 10
 _WIDE_SEARCH = 20.0  # px in an image 320 px wide: beyond it the first match is only a first guess
 _UNUSABLE_TURN = 0.05  # rad of sigma: the points do not hold the motion
-# Of the assumed pixel variance: residuals cannot show the errors that all points share.
-_LEAST_NOISE = 0.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,10 +184,9 @@ class KeyframeSight:
         }
         if refined.inliers.sum() < FEWEST_REFINED:
             return blind
-        covariance = refined.covariance * max(refined.noise_ratio, _LEAST_NOISE)
-        if covariance[0, 0] > _UNUSABLE_TURN**2:
+        if refined.covariance[0, 0] > _UNUSABLE_TURN**2:
             return blind
-        return Sight(refined.motion, covariance, refined.by_disparity, diagnostics)
+        return Sight(refined.motion, refined.covariance, refined.by_disparity, diagnostics)
 
 
 def pose_motion(pose: Array) -> Array:

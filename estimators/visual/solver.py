@@ -20,7 +20,7 @@ class Hypothesis:
     inliers: NDArray[np.bool_]
     """(n,) which matches agree"""
     trials: int
-    """Minimal samples that were tried."""
+    """Minimal samples that were tried; where a library does not tell, the most it may have."""
 
 
 class MotionSolver(ABC):

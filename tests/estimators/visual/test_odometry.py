@@ -174,6 +174,14 @@ def test_the_registered_names_choose_the_solver() -> None:
             lambda: VisualOdometry(Rig(dt=0.1)),
             r"visual odometry needs rig\.stereo, and this rig has None",
         ),
+        (
+            lambda: VisualOdometry(RIG, max_points=5),
+            "max_points must be at least 12, got 5",
+        ),
+        (
+            lambda: VisualOdometry(RIG, lost_after=-1.0),
+            r"lost_after must be positive and finite, got -1\.0",
+        ),
     ],
 )
 def test_what_cannot_be_built_is_refused(construct: Callable[[], object], words: str) -> None:

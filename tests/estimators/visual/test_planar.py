@@ -6,13 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from grouser.estimators.visual.planar import ChassisTolerance, PlanarSolver, planar_camera_motion
-from grouser.geometry import Array, inverse_transform, lift
+from grouser.estimators.visual.planar import ChassisTolerance, PlanarSolver
+from grouser.geometry import Array
 from grouser.rig import StereoCamera, camera_mount
 from tests.estimators.visual.clouds import (
     MOTIONS,
     MOUNTS,
-    chassis,
     matched,
     moved,
     points_of,
@@ -192,17 +191,3 @@ def replace_part(motion: Array, name: str, value: float) -> Array:
     changed = motion.copy()
     changed[["height", "roll", "pitch"].index(name) + 3] = value
     return changed
-
-
-@pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS.keys())
-@pytest.mark.parametrize("mount", MOUNTS.values(), ids=MOUNTS.keys())
-def test_the_camera_moves_as_its_mount_on_the_plane(
-    mount: Array, motion: tuple[float, float]
-) -> None:
-    T = planar_camera_motion(*motion, mount)
-    turn, chord = motion
-    arc = lift([chord * np.cos(turn / 2), chord * np.sin(turn / 2), turn])
-    expected = np.linalg.inv(mount) @ np.linalg.inv(arc) @ mount
-    assert np.abs(T - expected).max() < 1e-14
-    back = chassis(six(*motion)) @ mount
-    np.testing.assert_allclose(mount @ inverse_transform(T), back, atol=1e-14)
