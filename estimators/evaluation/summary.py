@@ -7,7 +7,7 @@ import numpy as np
 from grouser.estimators.base import Status
 from grouser.estimators.evaluation.comparison import Run
 from grouser.estimators.evaluation.consistency import nees
-from grouser.estimators.evaluation.metrics import ate_se2, distances, drift, rpe
+from grouser.estimators.evaluation.metrics import Drift, ate_se2, distances, drift, rpe
 from grouser.geometry import Array, lift, wrap
 
 WARM_UP_UPDATES = 5
@@ -60,6 +60,7 @@ _ACCURACY = (
     "drift_percent",
     "drift_deg_per_m",
     "drift_percent_3d",
+    "drift_deg_per_m_3d",
     "rpe_m",
     "rpe_deg",
     "nees_mean",
@@ -71,7 +72,7 @@ def _accuracy(run: Run) -> Summary:
         return dict.fromkeys(_ACCURACY)
     truth, estimate = run.true_poses, planar(run)
     T_truth, T_estimate = lift(truth), lift(estimate)
-    segments = drift(T_truth, T_estimate)
+    segments, segments_3d = drift(T_truth, T_estimate), _drift_3d(run)
     translation, angle = rpe(T_truth, T_estimate)
     values = (
         float(distances(T_truth)[-1]),
@@ -81,7 +82,8 @@ def _accuracy(run: Run) -> Summary:
         float(np.degrees(np.abs(wrap(estimate[-1, 2] - truth[-1, 2])))),
         segments.translation_percent if segments else None,
         segments.rotation_deg_per_m if segments else None,
-        _drift_3d(run),
+        segments_3d.translation_percent if segments_3d else None,
+        segments_3d.rotation_deg_per_m if segments_3d else None,
         translation,
         float(np.degrees(angle)),
         _mean_nees(truth, estimate, covariances(run)),
@@ -89,12 +91,11 @@ def _accuracy(run: Run) -> Summary:
     return dict(zip(_ACCURACY, values, strict=True))
 
 
-def _drift_3d(run: Run) -> float | None:
+def _drift_3d(run: Run) -> Drift | None:
     estimate = spatial(run)
     if estimate is None or run.true_poses_3d is None:
         return None
-    segments = drift(run.true_poses_3d, estimate)
-    return segments.translation_percent if segments else None
+    return drift(run.true_poses_3d, estimate)
 
 
 def _mean_nees(truth: Array, estimate: Array, P: Array) -> float | None:

@@ -119,6 +119,6 @@ def _expectations() -> tuple[float, float, float]:
 
 
 # Of the assumed pixel variances: residuals cannot show the errors that all points share.
-_LEAST_NOISE = 0.3
+_LEAST_NOISE = 0.25
 
 _EXPECTED_ERROR, _CURVATURE, _SPREAD = _expectations()

@@ -23,6 +23,7 @@ def test_one_point_on_kitti_06(tmp_path: Path) -> None:
     assert one_point["distance_m"] == pytest.approx(59.8, abs=0.1)
     assert one_point["drift_percent"] <= 1.0
     assert one_point["drift_deg_per_m"] <= 0.02
-    assert one_point["drift_percent_3d"] <= 1.5
+    assert one_point["drift_percent_3d"] <= 1.0
+    assert one_point["drift_deg_per_m_3d"] <= 0.02
     assert one_point["tracking_fraction"] == 1
     assert five_point["lost_fraction"] == 0

@@ -28,6 +28,7 @@ KEYS = [
     "drift_percent",
     "drift_deg_per_m",
     "drift_percent_3d",
+    "drift_deg_per_m_3d",
     "rpe_m",
     "rpe_deg",
     "nees_mean",
