@@ -62,8 +62,17 @@ def test_grouser_commands_are_understood(command: str) -> None:
     assert options.driver in {None, "waypoints", *DRIVES}
 
 
+@pytest.mark.parametrize("command", [c for c in COMMANDS if c.startswith("python ")])
+def test_programs_say_what_they_do(command: str) -> None:
+    _, *arguments = shlex.split(command)
+    done = subprocess.run(
+        [sys.executable, *arguments, "--help"], cwd=ROOT, capture_output=True, text=True
+    )
+    assert done.returncode == 0 and "usage:" in done.stdout, done.stderr
+
+
 def test_no_command_goes_unchecked() -> None:
-    assert {command.split()[0] for command in COMMANDS} == {"make", "grouser"}
+    assert {command.split()[0] for command in COMMANDS} == {"make", "grouser", "python"}
 
 
 def test_the_tables_list_every_estimator_and_environment() -> None:

@@ -1,0 +1,48 @@
+"""The benchmark measures what it says, writes what it measured and refuses what it cannot do."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from grouser.scripts.benchmark import Benchmark
+
+
+@pytest.mark.parametrize(
+    ("name", "figures"),
+    [
+        ("odometry", ["odometry.pair_320x240_ms", "odometry.estimation_ms"]),
+        ("environment", ["environment.raster_over_naive"]),
+    ],
+)
+def test_figures_go_to_json(name: str, figures: list[str], tmp_path: Path) -> None:
+    output = tmp_path / "figures.json"
+    assert Benchmark(only=name, output=output).run() == 0
+    measured = json.loads(output.read_text())
+    assert set(figures) <= set(measured)
+    for figure, entry in measured.items():
+        assert figure.startswith(f"{name}.")
+        assert entry["value"] > 0 and isinstance(entry["unit"], str)
+
+
+def test_the_stages_make_up_the_whole(tmp_path: Path) -> None:
+    output = tmp_path / "figures.json"
+    Benchmark(only="odometry", output=output).run()
+    figures = {name: entry["value"] for name, entry in json.loads(output.read_text()).items()}
+    stages = ("stereo", "matching", "ransac", "refinement", "filter")
+    total = sum(figures[f"odometry.{stage}_ms"] for stage in stages)
+    assert 0.7 < total / figures["odometry.pair_320x240_ms"] < 1.3
+
+
+@pytest.mark.parametrize(
+    ("benchmark", "words"),
+    [
+        (Benchmark(only="odometer"), "there is no benchmark 'odometer'; there are: odometry, env"),
+        (Benchmark(output=Path("/nowhere/figures.json")), "there is no folder /nowhere; make it"),
+    ],
+)
+def test_misuse_is_told_before_anything_is_measured(
+    benchmark: Benchmark, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert benchmark.run() == 2
+    assert words in capsys.readouterr().err
