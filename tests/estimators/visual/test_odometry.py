@@ -1,5 +1,6 @@
 """Visual odometry over a drive: small and honest errors, darkness borne, bad input refused."""
 
+import time
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
@@ -50,6 +51,18 @@ def test_the_error_is_below_a_percent_of_the_way(solver: str, tracks: bool) -> N
         assert np.abs(error[:, 2]).max() < np.radians(0.2)
         assert {e.status for e in estimates} == {Status.TRACKING}
         assert not any(e.diagnostics["slipped"] for e in estimates[1:])
+
+
+def test_the_stages_are_parts_of_the_update() -> None:
+    """However busy the machine: their times are not negative and do not exceed the whole."""
+    room, estimator = drive(8), VisualOdometry(RIG)
+    estimator.reset(room.observations[0], rng=np.random.default_rng(0))
+    for observation in room.observations[1:]:
+        started = time.perf_counter()
+        diagnostics = estimator.update(observation).diagnostics
+        whole = 1e3 * (time.perf_counter() - started)
+        stages = [value for name, value in diagnostics.items() if name.startswith("ms_")]
+        assert len(stages) == 5 and min(stages) >= 0 and sum(stages) <= whole
 
 
 def test_a_rig_without_tracks_ignores_them() -> None:
