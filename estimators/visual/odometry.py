@@ -7,6 +7,7 @@ import numpy as np
 
 from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator, Status
 from grouser.estimators.track_motion import SideSlip, TrackNoise
+from grouser.estimators.visual.descriptor import Image
 from grouser.estimators.visual.five_point import FivePointRansac
 from grouser.estimators.visual.frontend import FrontendOptions, StereoFrame, StereoFrontend, grey
 from grouser.estimators.visual.fusion import NOTHING_YET, Fused, RelativeFilter
@@ -179,8 +180,20 @@ class VisualOdometry(PoseEstimator):
         )
 
     def _extract(self, observation: Observation) -> StereoFrame:
-        left, right = (grey(observation[eye], eye) for eye in ("left", "right"))
+        left, right = (self._image(observation, eye) for eye in ("left", "right"))
         return self._frontend.extract(left, right)
+
+    def _image(self, observation: Observation, eye: str) -> Image:
+        image = grey(observation[eye], eye)
+        # Of another size, calibration and pixels disagree, and kernels would leave the image.
+        expected = (self._camera.height, self._camera.width)
+        if image.shape != expected:
+            raise ValueError(
+                f"observation {eye!r} is {image.shape[1]} x {image.shape[0]} px, but rig.stereo is "
+                f"calibrated for {expected[1]} x {expected[0]}: make the environment with images "
+                "of that size, and estimate before whatever resizes them"
+            )
+        return image
 
     def _make_predictor(self, observation: Observation) -> MotionPredictor:
         if self._rig.tracks is not None and "tracks" in observation:

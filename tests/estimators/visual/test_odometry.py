@@ -208,3 +208,20 @@ def test_an_image_of_another_shape_is_refused(bad: tuple[int, ...]) -> None:
     seen["right"] = np.zeros(bad, dtype=np.uint8)
     with pytest.raises(ValueError, match=r"observation 'right' must be \(H, W, 1\)"):
         VisualOdometry(RIG).reset(seen, rng=np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("eye", ["left", "right"])
+@pytest.mark.parametrize("frame", [0, 1])
+def test_an_image_of_another_size_than_the_calibration_is_refused(eye: str, frame: int) -> None:
+    """Half the size would halve all distances; a right image that is taller has no row there."""
+    first, second = (dict(observation) for observation in drive(2).observations)
+    (first, second)[frame][eye] = np.zeros((480, 320, 1), dtype=np.uint8)
+    estimator, rng = VisualOdometry(RIG), np.random.default_rng(0)
+    words = rf"observation '{eye}' is 320 x 480 px, but rig.stereo is calibrated for 320 x 240"
+    if frame == 0:
+        with pytest.raises(ValueError, match=words):
+            estimator.reset(first, rng=rng)
+    else:
+        estimator.reset(first, rng=rng)
+        with pytest.raises(ValueError, match=words):
+            estimator.update(second)
