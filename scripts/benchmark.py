@@ -17,7 +17,7 @@ from rich.table import Table
 from grouser.scripts import benchmark_environment, benchmark_odometry
 from grouser.scripts.benchmark_timing import Figures
 
-_BENCHMARKS = {**benchmark_odometry.BENCHMARKS, **benchmark_environment.BENCHMARKS}
+_MEASUREMENTS = (*benchmark_odometry.MEASUREMENTS, *benchmark_environment.MEASUREMENTS)
 
 
 @dataclass(frozen=True)
@@ -29,11 +29,12 @@ class Benchmark:
     python scripts/benchmark.py
 
     python scripts/benchmark.py --only odometry --output figures.json
+
+    python scripts/benchmark.py --only environment.raster_over_naive
     """
 
     only: Annotated[str | None, tyro.conf.arg(metavar="NAME")] = None
-    """One benchmark instead of all: odometry, environment, environment-without-images or
-    environment-parts."""
+    """One figure, or those of one part: odometry or environment. All when left out."""
     output: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """JSON file for the figures: name to value and unit."""
 
@@ -43,27 +44,35 @@ class Benchmark:
         if problem:
             print(f"benchmark: error: {problem}", file=sys.stderr)
             return 2
-        figures = measure(list(_BENCHMARKS) if self.only is None else [self.only])
+        figures = measure(_wanted(self.only))
         Console().print(_table(figures))
         if self.output is not None:
             self.output.write_text(json.dumps(_plain(figures), indent=2) + "\n")
         return 0
 
     def _problem(self) -> str | None:
-        if self.only is not None and self.only not in _BENCHMARKS:
-            return f"there is no benchmark {self.only!r}; there are: {', '.join(_BENCHMARKS)}"
+        if not _wanted(self.only):
+            known = ", ".join(["odometry", "environment", *_wanted(None)])
+            return f"there is no figure {self.only!r}; there are: {known}"
         if self.output is not None and not self.output.absolute().parent.is_dir():
             return f"--output: there is no folder {self.output.absolute().parent}; make it first"
         return None
 
 
-def measure(names: list[str]) -> Figures:
-    """The figures of the named benchmarks."""
+def _wanted(only: str | None) -> list[str]:
+    """Names of the figures that are, or belong to, what was asked for."""
+    names = [name for measurement in _MEASUREMENTS for name in measurement.gives]
+    return [n for n in names if only is None or n == only or n.startswith(f"{only}.")]
+
+
+def measure(wanted: list[str]) -> Figures:
+    """The wanted figures, from the measurements that give any of them."""
+    needed = [m for m in _MEASUREMENTS if set(m.gives) & set(wanted)]
     figures: Figures = {}
     errors = Console(stderr=True)
-    for name in track(names, "benchmarks", console=errors, disable=not errors.is_terminal):
-        figures |= _BENCHMARKS[name]()
-    return figures
+    for measurement in track(needed, "measuring", console=errors, disable=not errors.is_terminal):
+        figures |= measurement.measure()
+    return {name: figures[name] for name in wanted}
 
 
 def _plain(figures: Figures) -> dict[str, dict[str, float | str]]:

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from itertools import cycle
 
 import numpy as np
+from gymnasium.utils.seeding import np_random
 from numpy.typing import NDArray
 
 from grouser.envs.sensors.lidar import PlanarLidar
@@ -12,7 +13,7 @@ from grouser.envs.simulation.motion import Motion
 from grouser.envs.simulation.robot import RobotModel, TrackedRobot
 from grouser.envs.simulation.worlds import World, make_world
 from grouser.envs.tracked_robot import CONTROL_DT, SENSORS, TrackedRobotEnv
-from grouser.scripts.benchmark_timing import Figures, median_seconds, seconds
+from grouser.scripts.benchmark_timing import Figures, Measurement, median_seconds, seconds
 from grouser.scripts.naive_stack import NaiveStack
 
 _SEED = 0
@@ -22,7 +23,7 @@ _ROUNDS = 8
 def whole_environment() -> Figures:
     """Steps a second with stereo 320x240, lidar, tracks and imu, and those of the naive stack.
 
-    The two take turns, so that whatever else the machine does slows both.
+    The two take turns in the same yard, so that whatever else the machine does slows both.
     """
     env = TrackedRobotEnv()
     env.reset(seed=_SEED)
@@ -84,15 +85,34 @@ def parts() -> Figures:
     }
 
 
-BENCHMARKS: dict[str, Callable[[], Figures]] = {
-    "environment": whole_environment,
-    "environment-without-images": without_images,
-    "environment-parts": parts,
-}
+MEASUREMENTS = (
+    Measurement(
+        whole_environment,
+        (
+            "environment.steps_per_second",
+            "environment.naive_steps_per_second",
+            "environment.raster_over_naive",
+        ),
+    ),
+    Measurement(
+        without_images,
+        ("environment.steps_per_second_without_images", "environment.reset_ms"),
+    ),
+    Measurement(
+        parts,
+        (
+            "environment.physics_us",
+            "environment.lidar_us",
+            "environment.pair_320x240_ms",
+            "environment.image_320x240_ms",
+        ),
+    ),
+)
 
 
 def _world() -> World:
-    return make_world("yard", np.random.default_rng(_SEED))
+    """The yard that `reset` makes of the seed: the first child of its generator."""
+    return make_world("yard", np_random(_SEED)[0].spawn(1)[0])
 
 
 def _actions() -> list[NDArray[np.float32]]:

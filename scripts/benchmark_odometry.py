@@ -1,7 +1,6 @@
 """How long visual odometry takes for a stereo pair, and where the time goes."""
 
 import time
-from collections.abc import Callable
 from typing import Any
 
 import cv2
@@ -13,7 +12,7 @@ from grouser.envs.tracked_robot import TrackedRobotEnv
 from grouser.estimators import make
 from grouser.estimators.base import readable
 from grouser.rig import Rig
-from grouser.scripts.benchmark_timing import Figures
+from grouser.scripts.benchmark_timing import Figures, Measurement
 
 _SEED = 0
 _FRAMES = 200
@@ -43,7 +42,17 @@ def odometry() -> Figures:
     return figures
 
 
-BENCHMARKS: dict[str, Callable[[], Figures]] = {"odometry": odometry}
+MEASUREMENTS = (
+    Measurement(
+        odometry,
+        (
+            "odometry.pair_320x240_ms",
+            "odometry.pair_320x240_p95_ms",
+            "odometry.estimation_ms",
+            *(f"odometry.{stage.removeprefix('ms_')}_ms" for stage in _STAGES),
+        ),
+    ),
+)
 
 
 def _drive() -> tuple[Rig, list[dict[str, NDArray[Any]]]]:

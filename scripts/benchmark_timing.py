@@ -2,11 +2,21 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 Figures = dict[str, tuple[float, str]]
 """Figure name to value and unit."""
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A program that measures some figures together, as they share a run."""
+
+    measure: Callable[[], Figures]
+    gives: tuple[str, ...]
+    """Names of the figures."""
 
 
 def seconds(call: Callable[[], object]) -> float:

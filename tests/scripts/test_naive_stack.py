@@ -11,7 +11,6 @@ from grouser.envs.simulation.worlds import World, make_world
 from grouser.envs.tracked_robot import TrackedRobotEnv
 from grouser.geometry import lift
 from grouser.rig import Rig
-from grouser.scripts.benchmark_environment import BENCHMARKS
 from grouser.scripts.naive_stack import NaiveStack
 
 
@@ -58,9 +57,3 @@ def test_its_images_show_the_same_world(naive: NaiveStack) -> None:
 def test_its_wheels_drive_it(naive: NaiveStack) -> None:
     travelled = sum(naive.step(np.ones(2, dtype=np.float32))["tracks"] for _ in range(3))
     assert np.all(travelled > 0.05)
-
-
-def test_the_parts_benchmark_gives_figures_with_units() -> None:
-    figures = BENCHMARKS["environment-parts"]()
-    assert {"environment.lidar_us", "environment.physics_us"} <= set(figures)
-    assert all(value > 0 and unit in {"us", "ms"} for value, unit in figures.values())
