@@ -29,7 +29,7 @@ class WaypointDriver:
     def __init__(
         self,
         rig: Rig,
-        waypoints: Sequence[tuple[float, float]] = SQUARE,
+        waypoints: Sequence[tuple[float, float]] | Array = SQUARE,
         *,
         arrival_radius: float = ARRIVAL_RADIUS,
         top_speed: float = TOP_SPEED,
@@ -37,14 +37,17 @@ class WaypointDriver:
         """Drive the robot of `rig` through `waypoints` [m, in the frame of the start].
 
         Raises:
-            ValueError: no waypoint, or a radius that is not positive.
+            ValueError: no waypoint, one that is not two finite numbers, or a radius that is not
+                positive.
         """
-        if not waypoints or arrival_radius <= 0:
+        if len(waypoints) == 0 or not arrival_radius > 0:
             raise ValueError(
                 "a waypoint driver needs at least one waypoint and a positive arrival radius; "
                 f"got {len(waypoints)} and {arrival_radius}"
             )
         self.waypoints = np.array(waypoints, dtype=np.float64)
+        if self.waypoints.shape != (len(waypoints), 2) or not np.isfinite(self.waypoints).all():
+            raise ValueError(f"a waypoint must be two finite numbers x, y [m]; got {waypoints}")
         self.targets: list[int] = []
         """Index of the waypoint that was driven to in each step so far; their number at the end."""
         self._rig, self._radius, self._top_speed = rig, arrival_radius, top_speed

@@ -73,8 +73,10 @@ class DeadReckoning(PoseEstimator):
         self._constant_sigmas = np.array(
             [track_scale_sigma, track_scale_sigma, turn_scale_sigma, outward_slip_sigma]
         )
-        if not (self._constant_sigmas >= 0).all():
-            raise ValueError(f"every sigma must be zero or more, got {self._constant_sigmas}")
+        if not (np.isfinite(self._constant_sigmas) & (self._constant_sigmas >= 0)).all():
+            raise ValueError(
+                f"every sigma must be finite and zero or more, got {self._constant_sigmas}"
+            )
         self._pose = np.zeros(3)
         self._covariance = np.zeros((7, 7))
 

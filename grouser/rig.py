@@ -6,6 +6,7 @@ written to YAML and handed to an estimator in another process.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -58,8 +59,22 @@ def _frozen_mount(value: ArrayLike, name: str) -> Array:
 def _positive(owner: object, *names: str) -> None:
     for name in names:
         value = getattr(owner, name)
-        if not (np.isfinite(value) and value > 0):
+        if not (isinstance(value, Real) and 0 < value < np.inf):
             raise ValueError(f"{type(owner).__name__}.{name} must be positive, got {value!r}")
+
+
+def _finite(owner: object, *names: str) -> None:
+    for name in names:
+        value = getattr(owner, name)
+        if not np.isfinite(value):
+            raise ValueError(f"{type(owner).__name__}.{name} must be finite, got {value!r}")
+
+
+def _not_negative(owner: object, *names: str) -> None:
+    for name in names:
+        value = getattr(owner, name)
+        if not np.all(np.isfinite(value) & (np.asarray(value) >= 0)):
+            raise ValueError(f"{type(owner).__name__}.{name} must be zero or more, got {value!r}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +117,8 @@ class StereoCamera:
 
     def __post_init__(self) -> None:
         _positive(self, "fx", "fy", "baseline", "width", "height")
+        _finite(self, "cx", "cy", "disparity_offset")
+        _not_negative(self, "disparity_sigma", "mount_sigma")
         T = _frozen_mount(self.T_base_camera, "StereoCamera.T_base_camera")
         sigma = _frozen(self.mount_sigma, (6,), "StereoCamera.mount_sigma")
         object.__setattr__(self, "T_base_camera", T)
@@ -144,6 +161,8 @@ class Lidar:
 
     def __post_init__(self) -> None:
         _positive(self, "n_beams", "range_max")
+        _finite(self, "angle_min", "angle_increment")
+        _not_negative(self, "range_min", "sigma_range", "sigma_bearing")
         T = _frozen_mount(self.T_base_lidar, "Lidar.T_base_lidar")
         object.__setattr__(self, "T_base_lidar", T)
 
@@ -170,6 +189,9 @@ class Imu:
     """m/s^2"""
     sigma_rate: float
     """rad/s"""
+
+    def __post_init__(self) -> None:
+        _not_negative(self, "sigma_acceleration", "sigma_rate")
 
 
 @dataclass(frozen=True, slots=True)

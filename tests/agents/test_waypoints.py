@@ -1,5 +1,7 @@
 """The waypoint driver goes where its estimate says; what it truly missed is told apart."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -129,7 +131,19 @@ def test_a_waypoint_that_was_never_set_out_for_counts_from_the_end() -> None:
     np.testing.assert_allclose(waypoint_misses(waypoints, course, [0, 0, 0]), [0.6, 0.4])
 
 
-@pytest.mark.parametrize(("waypoints", "radius"), [([], 0.1), ([(1.0, 0.0)], 0.0)])
+def test_waypoints_may_be_an_array() -> None:
+    np.testing.assert_array_equal(WaypointDriver(RIG, np.array(SQUARE)).waypoints, SQUARE)
+
+
+@pytest.mark.parametrize("waypoints", [[(1.0, 0.0, 0.0)], [(np.nan, 0.0)], np.array([1.0, 0.0])])
+def test_what_is_no_place_on_the_plane_is_refused(waypoints: Any) -> None:
+    with pytest.raises(ValueError, match=r"a waypoint must be two finite numbers x, y \[m\]; got"):
+        WaypointDriver(RIG, waypoints)
+
+
+@pytest.mark.parametrize(
+    ("waypoints", "radius"), [([], 0.1), ([(1.0, 0.0)], 0.0), ([(1.0, 0.0)], np.nan)]
+)
 def test_nonsense_is_refused(waypoints: list[tuple[float, float]], radius: float) -> None:
     with pytest.raises(ValueError, match=r"at least one waypoint and a positive arrival radius"):
         WaypointDriver(RIG, waypoints, arrival_radius=radius)

@@ -175,9 +175,10 @@ def test_a_rig_without_tracks_is_refused_with_the_remedy() -> None:
         make("dead-reckoning", Rig(dt=0.1))
 
 
-def test_a_negative_sigma_is_refused() -> None:
-    with pytest.raises(ValueError, match="every sigma must be zero or more"):
-        DeadReckoning(RIG, turn_scale_sigma=-0.1)
+@pytest.mark.parametrize("sigma", [-0.1, np.nan, np.inf])
+def test_a_sigma_out_of_range_is_refused(sigma: float) -> None:
+    with pytest.raises(ValueError, match="every sigma must be finite and zero or more"):
+        DeadReckoning(RIG, turn_scale_sigma=sigma)
 
 
 @pytest.mark.parametrize("bad", [np.array([np.nan, 0.0]), np.zeros(3)])

@@ -131,6 +131,27 @@ def test_lengths_must_be_positive(value: float) -> None:
         TrackGeometry(0.4, 0.08, value)
 
 
+def test_a_word_is_no_length() -> None:
+    with pytest.raises(ValueError, match="StereoCamera.fx must be positive, got 'wide'"):
+        RIG.with_overrides({"stereo.fx": "wide"})
+
+
+@pytest.mark.parametrize("name", ["cx", "cy", "disparity_offset"])
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_calibrated_values_must_be_finite(name: str, value: float) -> None:
+    with pytest.raises(ValueError, match=f"StereoCamera.{name} must be finite, got {value}"):
+        RIG.with_overrides({f"stereo.{name}": value})
+
+
+@pytest.mark.parametrize("name", ["stereo.disparity_sigma", "lidar.sigma_range", "imu.sigma_rate"])
+@pytest.mark.parametrize("value", [-0.1, np.nan, np.inf])
+def test_sigmas_must_be_zero_or_more(name: str, value: float) -> None:
+    with pytest.raises(ValueError, match=f"{name.partition('.')[2]} must be zero or more, got"):
+        RIG.with_overrides({name: value})
+    with pytest.raises(ValueError, match=r"StereoCamera\.mount_sigma must be"):
+        dataclasses.replace(STEREO, mount_sigma=np.full(6, value))
+
+
 def test_a_part_must_be_of_its_kind() -> None:
     with pytest.raises(ValueError, match="Rig.tracks must be a TrackGeometry or None, got 0.4"):
         RIG.with_overrides({"tracks": 0.4})
