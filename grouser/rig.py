@@ -59,7 +59,7 @@ def _frozen_mount(value: ArrayLike, name: str) -> Array:
 def _positive(owner: object, *names: str) -> None:
     for name in names:
         value = getattr(owner, name)
-        if not (isinstance(value, Real) and 0 < value < np.inf):
+        if not (isinstance(value, Real) and 0 < float(value) < np.inf):
             raise ValueError(f"{type(owner).__name__}.{name} must be positive, got {value!r}")
 
 
