@@ -204,7 +204,8 @@ def _report(plan: Plan, console: Console, *, plots: bool) -> None:
         console.print("interrupted before the first run was done: nothing was kept")
         return
     driver = f", {plan.driver}" if plan.driver else ""
-    console.print(results_table(summaries, f"{plan.source}{driver}, {plan.steps} steps"))
+    title = f"{plan.source}{driver}, {plan.steps} steps"
+    console.print(results_table(summaries, title, width=console.width))
     drawn = plot_results(plan.folder) if plots else []
     console.print(f"{len(summaries)} runs in {plan.folder.path}: results.json, trajectories (TUM)")
     for path in drawn:

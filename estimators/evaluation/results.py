@@ -57,7 +57,8 @@ class ResultsFolder:
                     "or another --output"
                 )
             self._check_settings()
-            self.summaries = _read_json(self._results)
+            self.summaries = _read_json(self._results, list)
+            self._check_trajectories()
 
     def has(self, estimator: str, seed: int) -> bool:
         """Whether that run is already there."""
@@ -90,7 +91,7 @@ class ResultsFolder:
             )
 
     def _check_settings(self) -> None:
-        kept = _read_json(self.path / "settings.json")
+        kept = _read_json(self.path / "settings.json", dict)
         if kept == self._settings:
             return
         keys = sorted({*kept, *self._settings})
@@ -103,6 +104,16 @@ class ResultsFolder:
             f"{self.path} was begun with other settings: {'; '.join(differing)}; "
             "runs of different settings are not mixed: choose another --output"
         )
+
+    def _check_trajectories(self) -> None:
+        """Find out before the work that what is there cannot be reported after it."""
+        try:
+            self.trajectories()
+        except (KeyError, TypeError, OSError, ValueError) as error:
+            raise ValueError(
+                f"{self._results} cannot be resumed from: it lists a run that is not whole "
+                f"({error!r}); choose another --output"
+            ) from error
 
     def _write_trajectories(self, run: Run) -> None:
         name = _file_name(run.estimator, run.seed)
@@ -133,11 +144,14 @@ def _file_name(estimator: str, seed: int) -> str:
     return f"{estimator.replace('/', '-')}_seed{seed}.tum"
 
 
-def _read_json(path: Path) -> Any:
+def _read_json(path: Path, kind: type) -> Any:
     try:
-        return json.loads(path.read_text())
-    except (OSError, json.JSONDecodeError) as error:
+        value = json.loads(path.read_text())
+    except (OSError, ValueError) as error:
         raise ValueError(f"{path} cannot be resumed from: {error}") from error
+    if not isinstance(value, kind):
+        raise ValueError(f"{path} cannot be resumed from: it holds no JSON {kind.__name__}")
+    return value
 
 
 def _write_json(path: Path, value: Any) -> None:

@@ -37,7 +37,7 @@ def folder(tmp_path: Path, robot: Make, witness: Make) -> ResultsFolder:
 def printed(summaries: list[Summary], width: int) -> str:
     console = Console(width=width)
     with console.capture() as capture:
-        console.print(results_table(summaries, "world:yard"))
+        console.print(results_table(summaries, "world:yard", width=width))
     return capture.get()
 
 
@@ -56,6 +56,19 @@ def test_the_table_fits_a_hundred_columns_whatever_the_figures(folder: ResultsFo
         text = printed(wild, 100)
         assert "…" not in text
         assert "five-point-ransac" in text
+
+
+def test_a_narrow_terminal_loses_figures_but_no_digits(folder: ResultsFolder) -> None:
+    """A usual terminal is 80 characters wide."""
+    wide, narrow = printed(folder.summaries, 100).split(), printed(folder.summaries, 80).split()
+    for width in (60, 80):
+        text = printed(folder.summaries, width)
+        assert "…" not in text and max(map(len, text.splitlines())) <= width
+        row = next(line for line in text.splitlines() if line.strip().startswith("five-point"))
+        assert set(row.split()) <= set(wide), "no number is cut"
+    assert "p95" in wide and "results.json," not in wide
+    assert "p95" not in narrow and "ms_per_frame_p95," in narrow and "results.json," in narrow
+    assert {"NEES", "ATE", "ms", "lost"} <= set(narrow)
 
 
 def test_a_figure_that_no_run_has_is_a_dash(folder: ResultsFolder) -> None:

@@ -79,10 +79,19 @@ def test_settings_are_not_mixed(tmp_path: Path, run: Run) -> None:
         ResultsFolder(tmp_path, {**SETTINGS, "steps": 20}, resume=True)
 
 
-def test_a_damaged_file_is_named(tmp_path: Path, run: Run) -> None:
+@pytest.mark.parametrize("name", ["settings.json", "results.json"])
+@pytest.mark.parametrize("content", [b"{", b"1", b"[1]", b'[{"seed": 2}]', b"\xff"])
+def test_a_damaged_file_is_named(tmp_path: Path, run: Run, name: str, content: bytes) -> None:
     keep(ResultsFolder(tmp_path, SETTINGS), run)
-    (tmp_path / "settings.json").write_text("{")
-    with pytest.raises(ValueError, match=r"settings.json cannot be resumed from"):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(ValueError, match=rf"{name} cannot be resumed from"):
+        ResultsFolder(tmp_path, SETTINGS, resume=True)
+
+
+def test_a_run_whose_trajectory_is_gone_is_told_before_the_work(tmp_path: Path, run: Run) -> None:
+    keep(ResultsFolder(tmp_path, SETTINGS), run)
+    (tmp_path / "trajectories/with_covariance/w_seed2.tum").unlink()
+    with pytest.raises(ValueError, match=r"lists a run that is not whole .*w_seed2.tum is missing"):
         ResultsFolder(tmp_path, SETTINGS, resume=True)
 
 
