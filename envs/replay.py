@@ -43,21 +43,24 @@ class ReplayEnv(gym.Env[Observation, NDArray[np.float32]]):
         Args:
             log: the folder; envs/recordings/kitti.py says what is in it.
             rig: values that the recording does not say, by dotted name, such as
-                {"stereo.T_base_camera": camera_mount(z=1.65).tolist()}.
+                {"stereo.T_base_camera": camera_mount(z=1.65).tolist()}; another `dt` stretches
+                the stamps.
             sensors: which of `SENSORS` to observe; all when None. `stamp` is always there.
             color: RGB images instead of grey ones.
             render_mode: None, or "rgb_array": `render()` gives the left image.
 
         Raises:
             FileNotFoundError: the folder or one of its files is missing.
-            ValueError: a malformed file, an unknown sensor, rig entry or render mode.
+            ValueError: a malformed file, an unknown sensor, rig entry or render mode, or a rig
+                that is not of these images.
         """
         self.sensors = _checked_sensors(sensors, self.SENSORS)
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise ValueError(f"render_mode {render_mode!r} is not one of None, 'rgb_array'")
         self.render_mode = render_mode
         self._recording: KittiRecording = open_kitti(log)
-        self.rig: Rig = self._recording.rig.with_overrides(dict(rig or {}))
+        self.rig: Rig = _completed_rig(self._recording, rig or {})
+        self._stamps = self._recording.stamps * (self.rig.dt / self._recording.rig.dt)
         self._color = color
         self._base_poses = _base_poses(self._recording.poses, self.rig)
         self._index: int | None = None
@@ -113,7 +116,7 @@ class ReplayEnv(gym.Env[Observation, NDArray[np.float32]]):
         stereo = self.rig.stereo
         assert stereo is not None
         shape = (stereo.height, stereo.width, 3 if self._color else 1)
-        last = float(self._recording.stamps[-1])
+        last = float(self._stamps[-1])
         images = {name: spaces.Box(0, 255, shape, np.uint8) for name in self.sensors}
         # Bounds must differ even where there is but one frame.
         stamp = spaces.Box(0.0, max(last, self.rig.dt), (1,), np.float64)
@@ -124,7 +127,7 @@ class ReplayEnv(gym.Env[Observation, NDArray[np.float32]]):
         images = {
             name: self._recording.image(files[name], color=self._color) for name in self.sensors
         }
-        return {**images, "stamp": np.array([self._recording.stamps[index]])}
+        return {**images, "stamp": np.array([self._stamps[index]])}
 
     def _info(self, index: int) -> dict[str, Any]:
         if self._base_poses is None:
@@ -134,7 +137,8 @@ class ReplayEnv(gym.Env[Observation, NDArray[np.float32]]):
 
 
 def _checked_sensors(sensors: Iterable[str] | None, known: tuple[str, ...]) -> tuple[str, ...]:
-    asked = set(known if sensors is None else sensors) - {"stamp"}
+    listed = (sensors,) if isinstance(sensors, str) else known if sensors is None else sensors
+    asked = set(listed) - {"stamp"}
     unknown = sorted(asked - set(known))
     if unknown:
         raise ValueError(
@@ -142,6 +146,20 @@ def _checked_sensors(sensors: Iterable[str] | None, known: tuple[str, ...]) -> t
             f"{', '.join(known)} (and stamp, always)"
         )
     return tuple(name for name in known if name in asked)
+
+
+def _completed_rig(recording: KittiRecording, overrides: Mapping[str, Any]) -> Rig:
+    """The recording's rig with what it does not say; what its images do say stays."""
+    rig, read = recording.rig.with_overrides(overrides), recording.rig.stereo
+    assert read is not None
+    size, shown = (read.width, read.height), rig.stereo
+    if shown is None or (shown.width, shown.height) != size:
+        said = "no stereo pair" if shown is None else f"{shown.width} x {shown.height} px"
+        raise ValueError(
+            f"the overrides leave the rig with {said}, but the recording's images are of a stereo "
+            f"pair of {size[0]} x {size[1]} px; override neither `stereo` by None nor its size"
+        )
+    return rig
 
 
 def _base_poses(camera_poses: Array | None, rig: Rig) -> Array | None:

@@ -7,6 +7,7 @@ poses.txt                      optional: 3 x 4 pose of camera 0 a frame (12 numb
 times.txt                      optional: seconds, one number a line; else 10 frames a second
 """
 
+from collections.abc import Mapping, Sized
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -97,24 +98,35 @@ def write_kitti_recording(
 ) -> None:
     """Write stereo images (H, W) or (H, W, 1 or 3; RGB) as a folder that `open_kitti` reads.
 
-    Poses (N, 4, 4) are those of the left camera; stamps (N,) are seconds.
+    Poses (N, 4, 4) are those of the left camera; stamps (N,) are seconds, every `rig.dt` if None.
 
     Raises:
-        ValueError: the rig has no stereo pair.
+        ValueError: the rig has no stereo pair, or there are not as many of one thing as of another.
+        OSError: an image cannot be written.
     """
     if rig.stereo is None:
         raise ValueError("a stereo recording needs a rig with a stereo pair; this one has none")
+    times = rig.dt * np.arange(len(left), dtype=np.float64) if stamps is None else stamps
+    _check_one_a_frame({"left": left, "right": right, "stamps": times, "poses": poses})
     root = Path(folder)
     for name, images in (("image_l", left), ("image_r", right)):
         (root / name).mkdir(parents=True, exist_ok=True)
         for index, image in enumerate(images):
             bgr = image[:, :, ::-1] if image.ndim == 3 and image.shape[2] == 3 else image
-            cv2.imwrite(str(root / name / f"{index:06d}.png"), bgr)
+            path = root / name / f"{index:06d}.png"
+            if not cv2.imwrite(str(path), bgr):
+                raise OSError(f"{path} cannot be written: is the disk full, or the folder closed?")
     write_calibration(root / "calib.txt", rig.stereo)
     if poses is not None:
         write_kitti(root / "poses.txt", poses)
-    if stamps is not None:
-        np.savetxt(root / "times.txt", stamps, fmt="%.9f")
+    np.savetxt(root / "times.txt", times, fmt="%.9f")
+
+
+def _check_one_a_frame(parts: Mapping[str, Sized | None]) -> None:
+    counts = {name: len(part) for name, part in parts.items() if part is not None}
+    if len(set(counts.values())) > 1:
+        found = ", ".join(f"{count} of {name}" for name, count in counts.items())
+        raise ValueError(f"a recording has one of each a frame, but got {found}")
 
 
 def _find_pair(root: Path) -> tuple[Path, Path, tuple[int, int]]:

@@ -149,6 +149,32 @@ def test_a_sensor_that_is_not_there_is_refused(log: Path) -> None:
         make(log, sensors=("left", "tracks", "lidar"))
 
 
+def test_one_sensor_may_be_asked_for_by_its_name_alone(log: Path) -> None:
+    assert sorted(make(log, sensors="right").reset()[0]) == ["right", "stamp"]
+
+
+def test_a_step_that_the_recording_has_wrong_stretches_its_stamps(log: Path) -> None:
+    env = make(log, rig={"dt": 0.25})
+    observations, _ = play(env)
+    assert env.get_wrapper_attr("rig").dt == 0.25
+    np.testing.assert_allclose([o["stamp"][0] for o in observations], 0.25 * np.arange(N))
+    assert all(o in env.observation_space for o in observations)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "words"),
+    [
+        ({"stereo.width": 64}, r"leave the rig with 64 x 40 px, but .* of 48 x 40 px; override"),
+        ({"stereo": None}, r"leave the rig with no stereo pair, but the recording's images are"),
+    ],
+)
+def test_a_rig_that_is_not_of_these_images_is_refused(
+    log: Path, overrides: dict[str, Any], words: str
+) -> None:
+    with pytest.raises(ValueError, match=words):
+        make(log, rig=overrides)
+
+
 def test_an_unknown_rig_entry_or_render_mode_is_refused(log: Path) -> None:
     with pytest.raises(ValueError, match=r"the rig has no 'stereo.focal' to override; it has"):
         make(log, rig={"stereo.focal": 1.0})

@@ -242,6 +242,28 @@ def test_a_damaged_image_is_refused_when_it_is_decoded(folder: Path) -> None:
         recording.image(recording.left[2], color=False)
 
 
+def test_without_stamps_the_frames_are_a_step_apart(tmp_path: Path) -> None:
+    write_kitti_recording(tmp_path, Rig(dt=0.25, stereo=STEREO), images(0), images(1))
+    recording = open_kitti(tmp_path)
+    assert recording.rig.dt == pytest.approx(0.25)
+    np.testing.assert_allclose(recording.stamps, 0.25 * np.arange(N), atol=1e-9)
+
+
+def test_a_recording_of_unequal_parts_is_not_written(tmp_path: Path) -> None:
+    rig = Rig(dt=0.1, stereo=STEREO)
+    with pytest.raises(ValueError, match=r"5 of left, 4 of right, 5 of stamps"):
+        write_kitti_recording(tmp_path, rig, images(0), images(1)[:-1])
+    with pytest.raises(ValueError, match=r"one of each a frame, but got .* 2 of poses"):
+        write_kitti_recording(tmp_path, rig, images(0), images(1), poses=camera_poses()[:2])
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_image_that_cannot_be_written_is_an_error(tmp_path: Path) -> None:
+    (tmp_path / "image_l" / "000003.png").mkdir(parents=True)
+    with pytest.raises(OSError, match=r"image_l/000003.png cannot be written"):
+        write_kitti_recording(tmp_path, Rig(dt=0.1, stereo=STEREO), images(0), images(1))
+
+
 def test_a_rig_without_cameras_cannot_be_written(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"needs a rig with a stereo pair; this one has none"):
         write_kitti_recording(tmp_path, Rig(dt=0.1), images(0), images(1))
