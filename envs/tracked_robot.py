@@ -1,7 +1,7 @@
 """`grouser/TrackedRobot-v0`: a tracked robot in a world, with sensors and without a task."""
 
-from collections.abc import Sequence
-from numbers import Integral
+from collections.abc import Iterable, Sequence
+from numbers import Integral, Real
 from typing import Any
 
 import gymnasium as gym
@@ -52,7 +52,8 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
 
     Args:
         world: kind of world; a new one is generated at every reset.
-        sensors: keys of the observation, of SENSORS; the others are not computed.
+        sensors: keys of the observation, of SENSORS (and `stamp`, which is there anyway); the
+            others are not computed.
         image_size: width and height of the images, px.
         color: RGB images instead of grey ones.
         render_mode: None, "rgb_array" (a view from behind), or "human" (the same in a window).
@@ -76,7 +77,7 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
         self,
         *,
         world: str = "yard",
-        sensors: Sequence[str] = SENSORS,
+        sensors: Iterable[str] = SENSORS,
         image_size: Sequence[int] = (320, 240),
         color: bool = False,
         render_mode: str | None = None,
@@ -234,26 +235,29 @@ def _known_world(name: str) -> str:
     return name
 
 
-def _known_sensors(names: Sequence[str]) -> tuple[str, ...]:
+def _known_sensors(names: Iterable[str]) -> tuple[str, ...]:
     listed = (names,) if isinstance(names, str) else tuple(names)
-    unknown = [name for name in listed if name not in SENSORS]
+    unknown = [name for name in listed if name not in (*SENSORS, "stamp")]
     if unknown:
-        raise ValueError(f"no sensor is named {unknown[0]!r}; known: {', '.join(SENSORS)}")
+        raise ValueError(
+            f"no sensor is named {unknown[0]!r}; known: {', '.join(SENSORS)} (and stamp, always)"
+        )
     return tuple(name for name in SENSORS if name in listed)
 
 
 def _require_noises(**noises: float) -> None:
     for name, value in noises.items():
-        if not (np.isfinite(value) and value >= 0):
+        if not (isinstance(value, Real) and 0 <= value < np.inf):
             raise ValueError(f"{name} must be 0 or more, got {value!r}")
 
 
 def _checked_size(size: Sequence[int]) -> tuple[int, int]:
-    if len(size) != 2 or not all(isinstance(n, Integral) and 16 <= n <= 4096 for n in size):
+    listed = tuple(size) if isinstance(size, Iterable) else ()
+    if len(listed) != 2 or not all(isinstance(n, Integral) and 16 <= n <= 4096 for n in listed):
         raise ValueError(
             f"image_size must be width and height, whole numbers from 16 to 4096, got {size!r}"
         )
-    return int(size[0]), int(size[1])
+    return int(listed[0]), int(listed[1])
 
 
 def _checked_action(action: Action) -> Array:

@@ -20,7 +20,7 @@ class TrackEncoders(Sensor):
     """
 
     def __init__(self, *, limit: float, noise: float, resolution: float) -> None:
-        if not resolution > 0:
+        if not 0 < resolution < np.inf:
             raise ValueError(f"track_resolution must be positive, got {resolution!r} m")
         self._limit, self._noise, self._resolution = limit, noise, resolution
         self._rng = np.random.default_rng(0)

@@ -122,7 +122,9 @@ def test_observations_are_as_the_design_says(env: TrackedRobotEnv) -> None:
         assert observation["stamp"][0] == pytest.approx(0.1 * (k + 1))
 
 
-@pytest.mark.parametrize("sensors", [("left",), ("right", "lidar"), ("tracks",), ("imu",), ()])
+@pytest.mark.parametrize(
+    "sensors", [("left",), ("right", "lidar"), ("tracks",), ("imu", "stamp"), ()]
+)
 def test_an_observation_holds_what_was_asked_for(sensors: tuple[str, ...]) -> None:
     env = TrackedRobotEnv(sensors=sensors, image_size=SMALL)
     observation, _ = env.reset(seed=1)
@@ -357,8 +359,11 @@ def test_a_window_without_pygame_says_what_to_install(monkeypatch: pytest.Monkey
         ({"render_mode": "ansi"}, "no render mode is named 'ansi'; known: None, human, rgb_array"),
         ({"image_size": (320,)}, r"image_size must be width and height.*got \(320,\)"),
         ({"image_size": (4, 4)}, "whole numbers from 16 to 4096"),
+        ({"image_size": 320}, "image_size must be width and height.*got 320"),
         ({"image_noise": -1.0}, "image_noise must be 0 or more, got -1.0"),
+        ({"image_noise": "loud"}, "image_noise must be 0 or more, got 'loud'"),
         ({"track_resolution": 0.0}, "track_resolution must be positive, got 0.0 m"),
+        ({"track_resolution": float("inf")}, "track_resolution must be positive, got inf m"),
         ({"lidar_noise": -0.1}, r"lidar_noise must be 0 or more, got -0.1"),
         ({"rate_noise": float("nan")}, r"rate_noise must be 0 or more, got nan"),
     ],
