@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-TOOLS = ("sh", "make", "cat", "dirname", "rm", "mkdir", "cp", "sed")
+TOOLS = ("sh", "make", "cat", "dirname", "rm", "rmdir", "mkdir", "cp", "sed")
 
 # Stands for a Python of some version: answers the probes, makes fake environments, logs installs.
 FAKE = """#!/bin/sh
@@ -165,6 +165,19 @@ def test_the_environment_is_made_once_and_refreshed_when_stale(
     assert ensure(machine, checkout, "dev", "-c", "x.txt") == ["-e .[dev] -c x.txt"]
     (checkout / ".venv/bin/python").write_text("#!/bin/sh\nexit 1\n")
     assert ensure(machine, checkout, "dev") == ["venv", "-e .[dev]"]
+
+
+def test_a_folder_that_is_no_environment_is_left_alone(machine: Machine, checkout: Path) -> None:
+    machine.python("python3.11", "3.11")
+    (machine.root / "home").mkdir()
+    (machine.root / "home/thesis.txt").write_text("years of work")
+    script, home = str(checkout / ".ci/ensure-venv"), str(machine.root / "home")
+    code, _, said = machine.run(script, "dev", variables={"VENV": home}, cwd=checkout)
+    assert code == 1 and f"{home} is there and is no virtual environment; move it away" in said
+    assert (machine.root / "home/thesis.txt").read_text() == "years of work"
+    (machine.root / "empty").mkdir()
+    empty = str(machine.root / "empty")
+    assert ensure(machine, checkout, "dev", VENV=empty) == ["venv", "-e .[dev]"]
 
 
 def test_another_python_makes_another_environment(machine: Machine, checkout: Path) -> None:
