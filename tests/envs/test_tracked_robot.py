@@ -200,6 +200,14 @@ def test_slip_makes_track_increments_differ_from_the_motion(env: TrackedRobotEnv
     assert 0.6 < turned / expected < 0.8
 
 
+def test_the_encoders_read_full_speed() -> None:
+    env = TrackedRobotEnv(sensors=("tracks",), track_noise=0.0)
+    env.reset(seed=2)
+    steps = [env.step(np.array([1.0, -1.0], dtype=np.float32)) for _ in range(12)]
+    assert steps[-1][0]["tracks"] == pytest.approx(np.array([0.05, -0.05]), abs=1.1e-4)
+    env.close()
+
+
 def test_driving_into_a_wall_is_a_collision() -> None:
     env = TrackedRobotEnv(sensors=("tracks",))
     env.reset(seed=0)

@@ -42,8 +42,10 @@ def scans(calibration: Lidar, world: World, pose: tuple[float, float, float], n:
     return np.array([sensor.read(at_rest(lift(pose)))["lidar"] for _ in range(n)], np.float64)
 
 
-def test_ranges_to_the_walls_are_those_of_a_square_room() -> None:
-    calibration, (x, y, heading) = lidar(), (2.0, -3.0, 0.7)
+@pytest.mark.parametrize("pose", [(2.0, -3.0, 0.7), (8.0, 6.5, -2.0)])
+def test_ranges_to_the_walls_are_those_of_a_square_room(pose: tuple[float, float, float]) -> None:
+    """Also near a corner, from where the middle of a wall may lie behind a beam that meets it."""
+    calibration, (x, y, heading) = lidar(), pose
     ranges = scans(calibration, walls_only(), (x, y, heading), 1)[0]
     angle = calibration.bearings + heading
     with np.errstate(divide="ignore"):

@@ -129,6 +129,9 @@ def test_a_wall_stops_the_robot_and_is_reported(robot: TrackedRobot, world: Worl
     assert x + robot.model.length / 2 == pytest.approx(9.0, abs=0.02)
     assert motions[-1].T_world_base[2, 2] > 0.999  # it stands upright
     assert longitudinal_slip(motions[-1], GAUGE)[0] > 0.95  # and its tracks spin
+    away = [robot.step(np.array([-0.2, -0.2])) for _ in range(8)]
+    assert any(m.collision and not m.contacts for m in away)  # it touched, and no longer does
+    assert not away[-1].collision
 
 
 def walls_only(world: World) -> Boxes:
@@ -150,6 +153,24 @@ def sideways_force(path: Sequence[float]) -> list[float]:
         )  # fmt: skip
         forces.append(-wrench[1] / (2 * mu * load))
     return forces
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_fresh_shoes_enter_unsheared_and_carry_the_shear_along(direction: int) -> None:
+    """A track that rolls without slip by half a patch; patches are ordered from the rear."""
+    speed, dt, spacing, n = 0.5 * direction, 1e-3, 1e-3, 4
+    state, wrench = np.zeros(13), np.zeros(6)
+    state[6], state[7] = 1.0, speed
+    before = np.array([1.0, 2.0, 3.0, 4.0]) * 1e-4
+    shear = np.zeros((2, n, 2))
+    shear[:, :, 0] = before
+    track_wrench(
+        state, np.full(2, speed), np.zeros(n), np.full(n, -1.0), 0.0, 0.8, 0.003, 100.0, 0.0,
+        spacing, dt, shear, wrench,
+    )  # fmt: skip
+    ahead = np.append(before[1:], 0.0) if direction > 0 else np.append(0.0, before[:-1])
+    np.testing.assert_allclose(shear[0, :, 0], (before + ahead) / 2, rtol=1e-9)
+    np.testing.assert_allclose(shear[1], shear[0], rtol=1e-12)
 
 
 def test_ground_sheared_one_way_follows_janosi_and_hanamoto() -> None:
