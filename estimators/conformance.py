@@ -1,5 +1,6 @@
 """Does an estimator keep the contract? Public, so that other packages can check their own."""
 
+import copy
 import pickle
 from typing import Any
 
@@ -14,7 +15,13 @@ from grouser.estimators.base import (
     Status,
 )
 from grouser.estimators.conformance_subject import DARK, LIGHT, LIGHT_AGAIN, Subject
-from grouser.estimators.estimate_checks import check_memory, check_values, require, require_same
+from grouser.estimators.estimate_checks import (
+    arrays,
+    check_memory,
+    check_values,
+    require,
+    require_same,
+)
 from grouser.geometry import between
 
 OUTWARD_KEYS = frozenset({"left", "right", "lidar", "gps"})
@@ -32,8 +39,8 @@ def check_pose_estimator(name: str, **options: Any) -> None:
     known observation keys; the same generator and observations give the same bits, after `reset`
     and after pickling too; estimates have the shapes, types and stamps of the contract, a wrapped
     heading and a symmetric positive semi-definite covariance; they share no memory with the
-    observation or with each other; observations are neither changed nor kept; the pose follows the
-    robot, and the status is TRACKING where the outside world is seen; a blackout ends in COASTING
+    observation or with each other; observations are neither changed nor kept, and whoever writes
+    into an estimate changes no later one; the pose follows the robot, and the status is TRACKING where the outside world is seen; a blackout ends in COASTING
     or LOST with a variance that grew, and light brings the estimator back, even if the blackout
     came first.
 
@@ -54,7 +61,7 @@ def check_pose_estimator(name: str, **options: Any) -> None:
     _check_recovery(subject, estimates)
     _check_determinism_and_reset(subject, estimates)
     _check_pickling(subject, estimates)
-    _check_keeps_no_observation(subject, estimates)
+    _check_keeps_what_it_shares_with_nobody(subject, estimates)
     _check_start_in_the_dark(subject)
 
 
@@ -165,30 +172,37 @@ def _check_pickling(subject: Subject, estimates: list[PoseEstimate]) -> None:
     for frame in range(LIGHT // 2):
         subject.advance(estimator, subject.shown(estimator, frame), frame)
     try:
-        copy: PoseEstimator = pickle.loads(pickle.dumps(estimator))
+        twin: PoseEstimator = pickle.loads(pickle.dumps(estimator))
     except Exception as error:
         raise AssertionError(f"{subject.name}: it cannot be pickled: {error!r}") from error
     rest = range(LIGHT // 2, len(estimates))
-    resumed = [subject.advance(copy, subject.shown(copy, frame), frame) for frame in rest]
+    resumed = [subject.advance(twin, subject.shown(twin, frame), frame) for frame in rest]
     require_same(
         subject.name, estimates[LIGHT // 2 :], resumed, "a pickled copy, from the middle on"
     )
 
 
-def _check_keeps_no_observation(subject: Subject, estimates: list[PoseEstimate]) -> None:
+def _check_keeps_what_it_shares_with_nobody(
+    subject: Subject, estimates: list[PoseEstimate]
+) -> None:
+    """Neither an observation nor an estimate that was given out is what it works with."""
     estimator = subject.make()
     frames = range(len(estimates))
     scribbled = []
     for frame in frames:
         observation = subject.shown(estimator, frame)
-        scribbled.append(subject.advance(estimator, observation, frame))
+        estimate = subject.advance(estimator, observation, frame)
+        scribbled.append(copy.deepcopy(estimate))
         for value in observation.values():
             value[...] = 85  # as an environment that reuses its buffers would
+        for _, array in arrays(estimate):
+            if array.flags.writeable:
+                array[...] = 85  # as a caller that moves the pose to another frame in place would
     require_same(
         subject.name,
         estimates,
         scribbled,
-        "a run whose observations are overwritten after each call",
+        "a run whose observations and estimates are overwritten after each call",
     )
 
 

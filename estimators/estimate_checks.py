@@ -57,11 +57,11 @@ def check_memory(
     observation: Observation,
     earlier: list[PoseEstimate],
 ) -> None:
-    for name, array in _arrays(estimate):
+    for name, array in arrays(estimate):
         for key, shown in observation.items():
             shared = np.shares_memory(array, shown)
             require(not shared, subject, f"frame {frame}: {name} shares memory with {key!r}")
-        for old_name, old in _arrays(earlier[-1]) if earlier else ():
+        for old_name, old in arrays(earlier[-1]) if earlier else ():
             shared = np.shares_memory(array, old)
             said = f"frame {frame}: {name} shares memory with {old_name} of the frame before"
             require(not shared, subject, said)
@@ -71,8 +71,8 @@ def require_same(
     subject: str, expected: list[PoseEstimate], got: list[PoseEstimate], who: str
 ) -> None:
     for old, new in zip(expected, got, strict=True):
-        arrays = zip(_arrays(old), _arrays(new), strict=True)
-        same = all(np.array_equal(a, b) for (_, a), (_, b) in arrays)
+        pairs = zip(arrays(old), arrays(new), strict=True)
+        same = all(np.array_equal(a, b) for (_, a), (_, b) in pairs)
         require(
             same and old.status == new.status,
             subject,
@@ -82,7 +82,8 @@ def require_same(
         )
 
 
-def _arrays(estimate: PoseEstimate) -> Iterator[tuple[str, NDArray[Any]]]:
+def arrays(estimate: PoseEstimate) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Its arrays with their names."""
     yield "pose", estimate.pose
     yield "covariance", estimate.covariance
     if estimate.pose_3d is not None:

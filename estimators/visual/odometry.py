@@ -246,7 +246,7 @@ class VisualOdometry(PoseEstimator):
     def _commit(self, fused: Fused, frame: StereoFrame, pose_3d: Array) -> None:
         self._filter.commit(fused)
         self._keyframe = self._frontend.make_keyframe(frame)
-        self._keyframe_pose_3d = pose_3d
+        self._keyframe_pose_3d = pose_3d.copy()
         self._predicted = NOTHING_YET
         self._believed = Expectation(np.zeros(3), np.zeros((3, 3)))
 
