@@ -40,9 +40,9 @@ def check_pose_estimator(name: str, **options: Any) -> None:
     and after pickling too; estimates have the shapes, types and stamps of the contract, a wrapped
     heading and a symmetric positive semi-definite covariance; they share no memory with the
     observation or with each other; observations are neither changed nor kept, and whoever writes
-    into an estimate changes no later one; the pose follows the robot, and the status is TRACKING where the outside world is seen; a blackout ends in COASTING
-    or LOST with a variance that grew, and light brings the estimator back, even if the blackout
-    came first.
+    into an estimate changes no later one; the pose follows the robot, and the status is TRACKING
+    where the outside world is seen; a blackout ends in COASTING or LOST with a variance that grew,
+    and light brings the estimator back, even if the blackout came first.
 
     Args:
         name: the registered name; see `grouser.estimators.names()`.
