@@ -8,6 +8,7 @@ trajectories/with_covariance/NAME_seedS.tum   the planar estimate, covariance in
 """
 
 import json
+import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -65,7 +66,12 @@ class ResultsFolder:
         return any(s["estimator"] == estimator and s["seed"] == seed for s in self.summaries)
 
     def add(self, run: Run, summary: Summary) -> None:
-        """Keep a run: its trajectories first, so that what results.json lists is there."""
+        """Keep a run: its trajectories first, so that what results.json lists is there.
+
+        Raises:
+            ValueError: a figure is no finite number; nothing of the run is kept then.
+        """
+        _check_figures(summary)
         self._write_trajectories(run)
         self.summaries.append(summary)
         _write_json(self.path / "settings.json", self._settings)
@@ -137,6 +143,15 @@ class ResultsFolder:
             seed,
             read_tum(folder / "with_covariance" / name),
             read_tum(truth) if truth.exists() else None,
+        )
+
+
+def _check_figures(summary: Summary) -> None:
+    wild = [k for k, v in summary.items() if isinstance(v, float) and not math.isfinite(v)]
+    if wild:
+        raise ValueError(
+            f"{summary['estimator']}, seed {summary['seed']}: {', '.join(wild)} cannot be written "
+            "as JSON, for they are no finite numbers; are the estimates? check_pose_estimator tells"
         )
 
 

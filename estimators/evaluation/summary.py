@@ -73,7 +73,7 @@ def _accuracy(run: Run) -> Summary:
     truth, estimate = run.true_poses, planar(run)
     T_truth, T_estimate = lift(truth), lift(estimate)
     segments, segments_3d = drift(T_truth, T_estimate), _drift_3d(run)
-    translation, angle = rpe(T_truth, T_estimate)
+    translation, angle_deg = _rpe(T_truth, T_estimate)
     values = (
         float(distances(T_truth)[-1]),
         ate_se2(truth, estimate),
@@ -85,7 +85,7 @@ def _accuracy(run: Run) -> Summary:
         segments_3d.translation_percent if segments_3d else None,
         segments_3d.rotation_deg_per_m if segments_3d else None,
         translation,
-        float(np.degrees(angle)),
+        angle_deg,
         _mean_nees(truth, estimate, covariances(run)),
     )
     return dict(zip(_ACCURACY, values, strict=True))
@@ -98,6 +98,14 @@ def _drift_3d(run: Run) -> Drift | None:
     return drift(run.true_poses_3d, estimate)
 
 
+def _rpe(T_truth: Array, T_estimate: Array) -> tuple[float | None, float | None]:
+    """m, deg; a run that ended where it began has no motion to compare."""
+    if len(T_truth) < 2:
+        return None, None
+    translation, angle = rpe(T_truth, T_estimate)
+    return translation, float(np.degrees(angle))
+
+
 def _mean_nees(truth: Array, estimate: Array, P: Array) -> float | None:
     values = nees(truth, estimate, P)
     known = values[np.isfinite(values)]
@@ -106,9 +114,10 @@ def _mean_nees(truth: Array, estimate: Array, P: Array) -> float | None:
 
 def _statuses(run: Run) -> Summary:
     statuses = [estimate.status for estimate in run.estimates[1:]]
+    updates = len(statuses)
     return {
-        "tracking_fraction": statuses.count(Status.TRACKING) / len(statuses),
-        "lost_fraction": statuses.count(Status.LOST) / len(statuses),
+        "tracking_fraction": statuses.count(Status.TRACKING) / updates if updates else None,
+        "lost_fraction": statuses.count(Status.LOST) / updates if updates else None,
     }
 
 

@@ -114,9 +114,10 @@ def test_a_crash_while_writing_loses_nothing_that_was_there(
 def test_not_a_number_is_never_written(tmp_path: Path, run: Run) -> None:
     """JSON has no NaN; a reader would choke on it long after."""
     folder = ResultsFolder(tmp_path, SETTINGS)
-    with pytest.raises(ValueError, match="JSON"):
-        folder.add(run, {**summarise(run, "x"), "ate_m": float("nan")})
-    assert not (tmp_path / "results.json").exists()
+    for value in (float("nan"), np.float64(np.inf)):
+        with pytest.raises(ValueError, match=r"^w, seed 2: ate_m cannot be written as JSON"):
+            folder.add(run, {**summarise(run, "x"), "ate_m": value})
+    assert folder.summaries == [] and list(tmp_path.iterdir()) == []
 
 
 def test_a_place_that_cannot_be_written_to_is_refused_before_the_work(tmp_path: Path) -> None:

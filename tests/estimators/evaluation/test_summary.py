@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 
 from grouser.estimators.base import PoseEstimate, Status
-from grouser.estimators.evaluation.comparison import Run, compare_open_loop
+from grouser.estimators.evaluation.comparison import (
+    Run,
+    compare_closed_loop,
+    compare_open_loop,
+)
 from grouser.estimators.evaluation.summary import WARM_UP_UPDATES, summarise
 from grouser.estimators.ground_truth import GroundTruth
 from grouser.geometry import Array, lift
@@ -93,6 +97,16 @@ def test_what_does_not_exist_is_null(robot: Make) -> None:
     assert figures["drift_percent"] is None, "half a metre holds no segment of five"
     assert figures["drift_percent_3d"] is None
     assert figures["ate_m"] == pytest.approx(0, abs=1e-9)
+
+
+def test_a_run_that_ends_where_it_begins_has_no_motion_to_judge(robot: Make, witness: Make) -> None:
+    """A driver whose only waypoint is the start is there before the first step."""
+    run = compare_closed_loop(robot(), "w", witness(), lambda _: None, seed=0)
+    figures = summarise(run, "world:yard")
+    assert list(figures) == KEYS
+    assert (figures["steps"], figures["distance_m"], figures["final_error_m"]) == (0, 0, 0)
+    nothing = {"rpe_m", "rpe_deg", "tracking_fraction", "lost_fraction", "ms_per_frame_median"}
+    assert all(figures[key] is None for key in nothing)
 
 
 def test_3d_drift_is_for_estimators_with_3d_poses_throughout() -> None:
