@@ -6,12 +6,29 @@ a stale copy of what it had inlined from another one.
 """
 
 import logging
+from collections.abc import Callable
 from functools import cache
+from typing import Any
 
 import numba
 
-kernel = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
-"""Decorator: compiled at the first call and cached beside the source (or in NUMBA_CACHE_DIR)."""
+_compiled = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Decorator: compiled at the first call and cached beside the source (or in NUMBA_CACHE_DIR).
+
+    Raises:
+        RuntimeError: neither there nor in the user's own cache may anything be written.
+    """
+    try:
+        return _compiled(function)
+    except RuntimeError as error:
+        raise RuntimeError(
+            f"{error}: neither its folder nor the user's cache can be written to; "
+            "set NUMBA_CACHE_DIR to a folder that can"
+        ) from error
+
 
 inlined = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy", inline="always")
 """Decorator of a small function that becomes a part of the kernel that calls it."""
