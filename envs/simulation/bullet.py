@@ -8,6 +8,8 @@ from typing import Any
 
 def _import_quietly() -> Any:
     """Turn the process's own stderr away for the import: the line comes from C, not from Python."""
+    if sys.stderr is None:  # closed, as some services do: descriptor 2 may be anybody's file
+        return importlib.import_module("pybullet")
     sys.stderr.flush()
     kept = os.dup(2)
     nowhere = os.open(os.devnull, os.O_WRONLY)
