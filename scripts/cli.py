@@ -32,6 +32,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except UsageError as error:
         print(f"grouser {given[0]}: error: {error}", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        print(f"grouser {given[0]}: interrupted", file=sys.stderr)
+        return 130
 
 
 def _show_log() -> None:

@@ -128,6 +128,19 @@ def test_a_bug_is_not_taken_for_a_misuse(tmp_path: Path, monkeypatch: pytest.Mon
         main(["compare", "--estimators", "ground-truth", "--output", str(tmp_path / "a")])
 
 
+def test_an_interruption_before_the_work_is_no_traceback(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from grouser.scripts import compare
+
+    def interrupted(options: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(compare, "_prepare", interrupted)
+    assert main(["compare"]) == 130
+    assert capsys.readouterr().err == "grouser compare: interrupted\n"
+
+
 def test_the_installed_command_refuses_without_a_traceback() -> None:
     command = [sys.executable, "-m", "grouser.scripts.cli", "compare", "--estimators", "nope"]
     done = subprocess.run(command, capture_output=True, text=True)
