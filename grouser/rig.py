@@ -6,7 +6,7 @@ written to YAML and handed to an estimator in another process.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
-from numbers import Real
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +63,15 @@ def _positive(owner: object, *names: str) -> None:
             raise ValueError(f"{type(owner).__name__}.{name} must be positive, got {value!r}")
 
 
+def _whole(owner: object, *names: str) -> None:
+    for name in names:
+        value = getattr(owner, name)
+        if not (isinstance(value, Integral) and int(value) > 0):
+            raise ValueError(
+                f"{type(owner).__name__}.{name} must be a positive whole number, got {value!r}"
+            )
+
+
 def _finite(owner: object, *names: str) -> None:
     for name in names:
         value = getattr(owner, name)
@@ -116,7 +125,8 @@ class StereoCamera:
     """How well that is known, px: all distances are off together by its share of the disparity."""
 
     def __post_init__(self) -> None:
-        _positive(self, "fx", "fy", "baseline", "width", "height")
+        _positive(self, "fx", "fy", "baseline")
+        _whole(self, "width", "height")
         _finite(self, "cx", "cy", "disparity_offset")
         _not_negative(self, "disparity_sigma", "mount_sigma")
         T = _frozen_mount(self.T_base_camera, "StereoCamera.T_base_camera")
@@ -160,9 +170,15 @@ class Lidar:
     """(4, 4) the sensor frame (x forward, y left, z up) in the robot frame."""
 
     def __post_init__(self) -> None:
-        _positive(self, "n_beams", "range_max")
+        _whole(self, "n_beams")
+        _positive(self, "range_max")
         _finite(self, "angle_min", "angle_increment")
         _not_negative(self, "range_min", "sigma_range", "sigma_bearing")
+        if self.range_min >= self.range_max:
+            raise ValueError(
+                f"Lidar.range_min must be less than range_max, {self.range_max} m, "
+                f"got {self.range_min} m"
+            )
         T = _frozen_mount(self.T_base_lidar, "Lidar.T_base_lidar")
         object.__setattr__(self, "T_base_lidar", T)
 

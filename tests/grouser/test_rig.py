@@ -4,6 +4,7 @@ import copy
 import dataclasses
 import pickle
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -150,6 +151,19 @@ def test_sigmas_must_be_zero_or_more(name: str, value: float) -> None:
         RIG.with_overrides({name: value})
     with pytest.raises(ValueError, match=r"StereoCamera\.mount_sigma must be"):
         dataclasses.replace(STEREO, mount_sigma=np.full(6, value))
+
+
+@pytest.mark.parametrize("value", [0, -1, 320.5, 320.0, "320"])
+def test_pixels_and_beams_are_counted(value: Any) -> None:
+    with pytest.raises(ValueError, match="StereoCamera.width must be a positive whole number, got"):
+        dataclasses.replace(STEREO, width=value)
+    with pytest.raises(ValueError, match="Lidar.n_beams must be a positive whole number, got"):
+        dataclasses.replace(LIDAR, n_beams=value)
+
+
+def test_a_lidar_reads_farther_than_its_nearest() -> None:
+    with pytest.raises(ValueError, match=r"range_min must be less than range_max, 30.0 m, got 30"):
+        dataclasses.replace(LIDAR, range_min=30.0)
 
 
 def test_a_part_must_be_of_its_kind() -> None:
