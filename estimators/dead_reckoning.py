@@ -79,19 +79,24 @@ class DeadReckoning(PoseEstimator):
             )
         self._pose = np.zeros(3)
         self._covariance = np.zeros((7, 7))
+        self._started = False
 
     def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
         """Start at pose zero, known exactly, the constant errors as their sigmas say."""
         self._pose = np.zeros(3)
         self._covariance = np.diag([0.0, 0.0, 0.0, *self._constant_sigmas**2])
+        self._started = True
         return self._estimate(observation)
 
     def update(self, observation: Observation) -> PoseEstimate:
         """Add one increment.
 
         Raises:
+            RuntimeError: `reset` was not called yet.
             ValueError: the increments are not two finite numbers.
         """
+        if not self._started:
+            raise RuntimeError("call reset() with the first observation before update()")
         du = np.asarray(observation["tracks"], dtype=np.float64)
         if du.shape != (2,) or not np.isfinite(du).all():
             raise ValueError(f"observation 'tracks' must be two finite numbers [m], got {du}")

@@ -71,7 +71,12 @@ def estimator_class(name: str) -> type[PoseEstimator]:
     """The class behind a name, checked to be a `PoseEstimator` that does not ask for the truth."""
     entry_point = spec(name).entry_point
     module, _, class_name = entry_point.partition(":")
-    found = getattr(import_module(module), class_name, None)
+    try:
+        found = getattr(import_module(module), class_name, None)
+    except ImportError as error:
+        raise ImportError(
+            f"estimator {name!r} cannot be imported from {entry_point}: {error}"
+        ) from error
     if not (isinstance(found, type) and issubclass(found, PoseEstimator)):
         raise TypeError(f"{entry_point}, registered as {name!r}, is not a PoseEstimator class")
     truth = (found.requires | found.optional) & TRUTH_KEYS
@@ -95,4 +100,8 @@ def make(name: str, rig: Rig, **options: Any) -> PoseEstimator:
 @cache
 def _load_entry_points() -> None:
     for entry in entry_points(group=ENTRY_POINT_GROUP):
-        register(entry.name, entry.value)
+        try:
+            register(entry.name, entry.value)
+        except ValueError as error:
+            package = entry.dist.name if entry.dist else "?"
+            raise ValueError(f"package {package!r}: {error}; or uninstall that package") from error

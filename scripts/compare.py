@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from grouser import __version__
+from grouser.envs.recordings.kitti import DamagedImage
 from grouser.estimators import registry
 from grouser.estimators.evaluation.plots import plot_results, require_matplotlib
 from grouser.estimators.evaluation.results import ResultsFolder
@@ -93,6 +94,8 @@ class Compare:
             plan = _prepare(self)
         try:
             finished = _work(plan)
+        except DamagedImage as error:
+            raise UsageError(f"{error}; runs that were done are kept, --resume goes on") from error
         finally:
             plan.env.close()
         _report(plan, console, plots=not self.no_plots)

@@ -33,6 +33,10 @@ _DEFAULT_DT = 0.1
 _PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
 
+class DamagedImage(ValueError):
+    """An image that cannot be decoded, or not as the others; found only when it is its turn."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class KittiRecording:
     """A folder whose files were found to be complete and consistent."""
@@ -53,11 +57,11 @@ class KittiRecording:
         """Decode one image: (H, W, 1) grey, or (H, W, 3) RGB.
 
         Raises:
-            ValueError: it cannot be decoded, or its size is not that of the first one.
+            DamagedImage: it cannot be decoded, or its size is not that of the first one.
         """
         decoded = cv2.imread(str(path), cv2.IMREAD_COLOR if color else cv2.IMREAD_GRAYSCALE)
         if decoded is None:
-            raise ValueError(f"{path} cannot be decoded as an image: the file is damaged")
+            raise DamagedImage(f"{path} cannot be decoded as an image: the file is damaged")
         stereo = self.rig.stereo
         assert stereo is not None
         _check_size(path, (decoded.shape[1], decoded.shape[0]), (stereo.width, stereo.height))
@@ -185,7 +189,7 @@ def _common_size(paths: list[Path]) -> tuple[int, int]:
 
 def _check_size(path: Path, size: tuple[int, int], expected: tuple[int, int]) -> None:
     if size != expected:
-        raise ValueError(
+        raise DamagedImage(
             f"{path} is {size[0]} x {size[1]} px, but the first image is "
             f"{expected[0]} x {expected[1]} px; all must have one size"
         )

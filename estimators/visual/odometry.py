@@ -1,6 +1,7 @@
 """Visual odometry in a Kalman filter: paper 1's Fig. 3, on keyframes (SPEC 1.5)."""
 
 import time
+from numbers import Integral
 from typing import ClassVar
 
 import numpy as np
@@ -125,6 +126,7 @@ class VisualOdometry(PoseEstimator):
         )
         self._rule = KeyframeRule(distance=keyframe_distance, turn=keyframe_turn, points=max_points)
         self._lost_after = lost_after
+        self._rng: np.random.Generator | None = None
 
     def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
         """Start at pose zero, known exactly, with the first frame as keyframe."""
@@ -147,7 +149,14 @@ class VisualOdometry(PoseEstimator):
         )
 
     def update(self, observation: Observation) -> PoseEstimate:
-        """Stereo, prediction, sight, filter, keyframe: one frame of Fig. 3."""
+        """Stereo, prediction, sight, filter, keyframe: one frame of Fig. 3.
+
+        Raises:
+            RuntimeError: `reset` was not called yet.
+            ValueError: images that are not the rig's, or tracks that are not finite.
+        """
+        if self._rng is None:
+            raise RuntimeError("call reset() with the first observation before update()")
         started = time.perf_counter()
         frame = self._extract(observation)
         extracted = time.perf_counter()
@@ -259,8 +268,8 @@ _ALIGNMENT_BIAS = 0.02
 
 def _require_at_least(least: int, **counts: int) -> None:
     for name, value in counts.items():
-        if value < least:
-            raise ValueError(f"{name} must be at least {least}, got {value!r}")
+        if not isinstance(value, Integral) or value < least:
+            raise ValueError(f"{name} must be a whole number of at least {least}, got {value!r}")
 
 
 def _require_positive(**values: float) -> None:

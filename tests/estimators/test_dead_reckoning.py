@@ -181,6 +181,11 @@ def test_a_sigma_out_of_range_is_refused(sigma: float) -> None:
         DeadReckoning(RIG, turn_scale_sigma=sigma)
 
 
+def test_an_update_before_the_reset_is_refused() -> None:
+    with pytest.raises(RuntimeError, match=r"call reset\(\) with the first observation before upd"):
+        DeadReckoning(RIG).update(observation(np.zeros(2), 0))
+
+
 @pytest.mark.parametrize("bad", [np.array([np.nan, 0.0]), np.zeros(3)])
 def test_bad_increments_are_refused(bad: Array) -> None:
     estimator = DeadReckoning(RIG)

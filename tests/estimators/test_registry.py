@@ -109,6 +109,20 @@ def test_other_packages_register_by_entry_point(monkeypatch: pytest.MonkeyPatch)
     assert isinstance(make("third-party", RIG), Listener)
 
 
+def test_a_package_that_takes_a_known_name_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = EntryPoint("dead-reckoning", f"{__name__}:Listener", registry.ENTRY_POINT_GROUP)
+    monkeypatch.setattr(registry, "entry_points", lambda group: [found])
+    registry._load_entry_points.cache_clear()
+    with pytest.raises(ValueError, match="package '.*': .*dead-reckoning.* uninstall that package"):
+        names()
+
+
+def test_a_module_that_cannot_be_imported_is_told_with_the_estimators_name() -> None:
+    register("absent", "no_such_package.estimator:Absent")
+    with pytest.raises(ImportError, match=r"'absent' cannot be imported from no_such_package\."):
+        make("absent", RIG)
+
+
 def test_readable_hands_over_what_is_declared_and_nothing_else() -> None:
     shown = {key: np.zeros(1) for key in ("tracks", "stamp", "imu", "lidar")}
     seen = readable(Listener(RIG), shown, {"true_pose": np.ones(3)})

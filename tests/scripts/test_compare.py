@@ -151,6 +151,20 @@ def test_a_recording_without_poses_has_no_accuracy(tmp_path: Path, wall_log: Pat
     assert [path.name for path in (tmp_path / "a").glob("*.png")] == ["top_view_seed0.png"]
 
 
+def test_a_damaged_image_ends_a_comparison_in_words(
+    tmp_path: Path, wall_log: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = tmp_path / "log"
+    copytree(wall_log, log)
+    damaged = sorted(log.glob("image_[l2]*/*.png"))[5]
+    damaged.write_bytes(damaged.read_bytes()[:60])
+    options = ["--estimators", "one-point-ransac", "--no-plots", "--output", str(tmp_path / "out")]
+    assert main(["compare", "--log", str(log), *options]) == 2
+    told = capsys.readouterr().err
+    assert f"{damaged.name} cannot be decoded as an image: the file is damaged" in told
+    assert "Traceback" not in told
+
+
 def test_the_camera_of_a_recording_can_be_told(tmp_path: Path, wall_log: Path) -> None:
     options = Compare(
         log=wall_log,

@@ -189,7 +189,11 @@ def test_the_registered_names_choose_the_solver() -> None:
         ),
         (
             lambda: VisualOdometry(RIG, max_points=5),
-            "max_points must be at least 12, got 5",
+            "max_points must be a whole number of at least 12, got 5",
+        ),
+        (
+            lambda: VisualOdometry(RIG, corners=900.5),  # type: ignore[arg-type]
+            r"corners must be a whole number of at least 12, got 900\.5",
         ),
         (
             lambda: VisualOdometry(RIG, lost_after=-1.0),
@@ -200,6 +204,11 @@ def test_the_registered_names_choose_the_solver() -> None:
 def test_what_cannot_be_built_is_refused(construct: Callable[[], object], words: str) -> None:
     with pytest.raises(ValueError, match=words):
         construct()
+
+
+def test_an_update_before_the_reset_is_refused() -> None:
+    with pytest.raises(RuntimeError, match=r"call reset\(\) with the first observation before upd"):
+        VisualOdometry(RIG).update(drive(2).observations[0])
 
 
 @pytest.mark.parametrize("bad", [(240, 320), (240, 320, 2)])

@@ -42,7 +42,8 @@ def look(
     keyframe = frontend.make_keyframe(frame(frontend, 2))
     now = frame(frontend, later) if isinstance(later, int) else frontend.extract(later, later)
     sight = KeyframeSight(CAMERA, solver(CAMERA), matching=MatchingOptions(), noise=PixelNoise())
-    prior = ChassisPrior().about(pose_motion(expected), 0.002, np.zeros(6))
+    on_an_arc = np.append(pose_motion(expected)[:2], 0.0)  # as the drive is, whatever is expected
+    prior = ChassisPrior().about(on_an_arc, 0.002, np.zeros(6))
     expectation = Expectation(expected, np.eye(3) * sigma**2)
     return sight.look(keyframe, now, expectation, prior, np.random.default_rng(0))
 
