@@ -7,11 +7,17 @@ import numpy as np
 
 from grouser.estimators.visual.frontend import Keyframe, StereoFrame
 from grouser.estimators.visual.fusion import RelativePose
-from grouser.estimators.visual.matching import MatchingOptions, PixelNoise, Prediction, match_frames
+from grouser.estimators.visual.matching import (
+    Matches,
+    MatchingOptions,
+    PixelNoise,
+    Prediction,
+    match_frames,
+)
 from grouser.estimators.visual.motion import intrinsics, predict_points
 from grouser.estimators.visual.prior import MotionPrior
-from grouser.estimators.visual.refine import refine
-from grouser.estimators.visual.solver import MotionSolver
+from grouser.estimators.visual.refine import Refinement, refine
+from grouser.estimators.visual.solver import Hypothesis, MotionSolver
 from grouser.geometry import Array, rotate
 from grouser.rig import StereoCamera
 
@@ -139,54 +145,75 @@ class KeyframeSight:
         prior: MotionPrior,
         rng: np.random.Generator,
     ) -> Sight:
-        camera, started = self._camera, time.perf_counter()
-        matches = match_frames(
+        """Match, solve, refine; blind where too few points are left after a stage."""
+        started = time.perf_counter()
+        matches = self._match(keyframe, frame, mean, covariance)
+        matched = time.perf_counter()
+        told = _told_of_matches(matches) | {"ms_matching": 1e3 * (matched - started)}
+        if len(matches.reference) < FEWEST_MATCHES:
+            return _blind(told)
+        hypothesis = self._solver.solve(matches, prior, rng)
+        solved = time.perf_counter()
+        if hypothesis is None or hypothesis.inliers.sum() < FEWEST_AGREEING:
+            return _blind(told)
+        refined = self._refine(matches, hypothesis, prior)
+        told |= _told_of_motion(hypothesis, refined)
+        told["ms_ransac"] = 1e3 * (solved - matched)
+        told["ms_refinement"] = 1e3 * (time.perf_counter() - solved)
+        if not _usable(refined):
+            return _blind(told)
+        return Sight(refined.motion, refined.covariance, refined.by_disparity, told)
+
+    def _match(
+        self, keyframe: Keyframe, frame: StereoFrame, mean: Array, covariance: Array
+    ) -> Matches:
+        return match_frames(
             keyframe,
             frame,
             self._predict(keyframe, mean, covariance),
             self._matching,
             self._noise,
-            disparity_offset=camera.disparity_offset,
+            disparity_offset=self._camera.disparity_offset,
         )
-        matched = time.perf_counter()
-        found = len(matches.reference)
-        diagnostics = {
-            "candidates": float(matches.candidates),
-            "matches": float(found),
-            "inliers": 0.0,
-            "ms_matching": 1e3 * (matched - started),
-        }
-        blind = Sight(None, np.zeros((6, 6)), np.zeros(6), diagnostics)
-        if found < FEWEST_MATCHES:
-            return blind
-        hypothesis = self._solver.solve(matches, prior, rng)
-        solved = time.perf_counter()
-        if hypothesis is None or hypothesis.inliers.sum() < FEWEST_AGREEING:
-            return blind
-        refined = refine(
+
+    def _refine(self, matches: Matches, hypothesis: Hypothesis, prior: MotionPrior) -> Refinement:
+        return refine(
             matches.reference,
             matches.current,
             start=hypothesis.motion,
             supporters=hypothesis.inliers,
             prior=prior,
             noise=matches.noise,
-            T_base_camera=camera.T_base_camera,
+            T_base_camera=self._camera.T_base_camera,
             camera=self._intrinsics,
         )
-        diagnostics |= {
-            "agreeing": float(hypothesis.inliers.sum()),
-            "trials": float(hypothesis.trials),
-            "inliers": float(refined.inliers.sum()),
-            "iterations": float(refined.iterations),
-            "noise_ratio": refined.noise_ratio,
-            "ms_ransac": 1e3 * (solved - matched),
-            "ms_refinement": 1e3 * (time.perf_counter() - solved),
-        }
-        if refined.inliers.sum() < FEWEST_REFINED:
-            return blind
-        if refined.covariance[0, 0] > _UNUSABLE_TURN**2:
-            return blind
-        return Sight(refined.motion, refined.covariance, refined.by_disparity, diagnostics)
+
+
+def _blind(diagnostics: dict[str, float]) -> Sight:
+    return Sight(None, np.zeros((6, 6)), np.zeros(6), diagnostics)
+
+
+def _usable(refined: Refinement) -> bool:
+    enough = refined.inliers.sum() >= FEWEST_REFINED
+    return bool(enough and refined.covariance[0, 0] <= _UNUSABLE_TURN**2)
+
+
+def _told_of_matches(matches: Matches) -> dict[str, float]:
+    return {
+        "candidates": float(matches.candidates),
+        "matches": float(len(matches.reference)),
+        "inliers": 0.0,
+    }
+
+
+def _told_of_motion(hypothesis: Hypothesis, refined: Refinement) -> dict[str, float]:
+    return {
+        "agreeing": float(hypothesis.inliers.sum()),
+        "trials": float(hypothesis.trials),
+        "inliers": float(refined.inliers.sum()),
+        "iterations": float(refined.iterations),
+        "noise_ratio": refined.noise_ratio,
+    }
 
 
 def pose_motion(pose: Array) -> Array:
