@@ -12,6 +12,7 @@ from grouser.estimators.track_motion import (
     arc_jacobian,
     arc_pose,
     chord,
+    observed_increments,
     track_increment,
     track_increment_jacobian,
 )
@@ -97,10 +98,7 @@ class DeadReckoning(PoseEstimator):
         """
         if not self._started:
             raise RuntimeError("call reset() with the first observation before update()")
-        du = np.asarray(observation["tracks"], dtype=np.float64)
-        if du.shape != (2,) or not np.isfinite(du).all():
-            raise ValueError(f"observation 'tracks' must be two finite numbers [m], got {du}")
-        self._predict(du)
+        self._predict(observed_increments(observation))
         return self._estimate(observation)
 
     def _predict(self, du: Array) -> None:

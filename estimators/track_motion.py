@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from grouser.checks import require_not_negative
+from grouser.estimators.base import Observation
 from grouser.geometry import Array, wrap
 
 # Below this angle [rad] the closed forms' derivatives cancel; the series are exact to 1e-15 there.
@@ -27,10 +29,7 @@ class TrackNoise:
     """Noise at rest (encoder resolution, play of the drive), m."""
 
     def __post_init__(self) -> None:
-        for name in ("scale", "floor"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0):
-                raise ValueError(f"TrackNoise.{name} must be zero or more, got {value!r}")
+        require_not_negative(self, "scale", "floor")
 
     def covariance(self, du: NDArray[np.float64]) -> Array:
         """(2, 2) of the left and right increment, m^2."""
@@ -54,10 +53,7 @@ class SideSlip:
     """m"""
 
     def __post_init__(self) -> None:
-        for name in ("forward", "turning", "floor"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0):
-                raise ValueError(f"SideSlip.{name} must be zero or more, got {value!r}")
+        require_not_negative(self, "forward", "turning", "floor")
 
     def sigma(self, turn: float, chord: float) -> float:
         """m, for an increment that turns by `turn` [rad] over `chord` [m]."""
@@ -68,6 +64,18 @@ class SideSlip:
         x, y = -math.sin(turn / 2), math.cos(turn / 2)
         variance = self.sigma(turn, chord) ** 2
         return variance * np.array([[x * x, x * y, 0.0], [x * y, y * y, 0.0], [0.0, 0.0, 0.0]])
+
+
+def observed_increments(observation: Observation) -> Array:
+    """(2,) left and right increment of an observation, m.
+
+    Raises:
+        ValueError: they are not two finite numbers.
+    """
+    du = np.asarray(observation["tracks"], dtype=np.float64)
+    if du.shape != (2,) or not np.isfinite(du).all():
+        raise ValueError(f"observation 'tracks' must be two finite numbers [m], got {du}")
+    return du
 
 
 def track_increment(du: NDArray[np.float64], effective_width: float) -> tuple[float, float]:

@@ -12,25 +12,33 @@ from typing import Any
 
 import numba
 
-_compiled = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy")
+Decorator = Callable[[Callable[..., Any]], Any]
 
 
-def kernel(function: Callable[..., Any]) -> Any:
-    """Decorator: compiled at the first call and cached beside the source (or in NUMBA_CACHE_DIR).
+def _compiled(**options: Any) -> Decorator:
+    """A decorator that compiles at the first call and caches on disk.
 
-    Raises:
-        RuntimeError: neither there nor in the user's own cache may anything be written.
+    Raises, when it decorates:
+        RuntimeError: neither beside the source nor in the user's own cache may anything be written.
     """
-    try:
-        return _compiled(function)
-    except RuntimeError as error:
-        raise RuntimeError(
-            f"{error}: neither its folder nor the user's cache can be written to; "
-            "set NUMBA_CACHE_DIR to a folder that can"
-        ) from error
+    compiled = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy", **options)
+
+    def decorate(function: Callable[..., Any]) -> Any:
+        try:
+            return compiled(function)
+        except RuntimeError as error:
+            raise RuntimeError(
+                f"{error}: neither its folder nor the user's cache can be written to; "
+                "set NUMBA_CACHE_DIR to a folder that can"
+            ) from error
+
+    return decorate
 
 
-inlined = numba.njit(cache=True, nogil=True, fastmath=False, error_model="numpy", inline="always")
+kernel = _compiled()
+"""Decorator: compiled at the first call and cached beside the source (or in NUMBA_CACHE_DIR)."""
+
+inlined = _compiled(inline="always")
 """Decorator of a small function that becomes a part of the kernel that calls it."""
 
 

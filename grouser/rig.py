@@ -6,7 +6,6 @@ written to YAML and handed to an estimator in another process.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
-from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,12 @@ import numpy as np
 import yaml
 from numpy.typing import ArrayLike
 
+from grouser.checks import (
+    require_finite,
+    require_not_negative,
+    require_positive,
+    require_whole,
+)
 from grouser.geometry import Array, inverse_transform, rotation_from_rpy, transform
 
 # Columns: the optical axes (x right, y down, z forward) in the base frame (x forward, y left, z up)
@@ -56,36 +61,6 @@ def _frozen_mount(value: ArrayLike, name: str) -> Array:
     return T
 
 
-def _positive(owner: object, *names: str) -> None:
-    for name in names:
-        value = getattr(owner, name)
-        if not (isinstance(value, Real) and 0 < float(value) < np.inf):
-            raise ValueError(f"{type(owner).__name__}.{name} must be positive, got {value!r}")
-
-
-def _whole(owner: object, *names: str) -> None:
-    for name in names:
-        value = getattr(owner, name)
-        if not (isinstance(value, Integral) and int(value) > 0):
-            raise ValueError(
-                f"{type(owner).__name__}.{name} must be a positive whole number, got {value!r}"
-            )
-
-
-def _finite(owner: object, *names: str) -> None:
-    for name in names:
-        value = getattr(owner, name)
-        if not np.isfinite(value):
-            raise ValueError(f"{type(owner).__name__}.{name} must be finite, got {value!r}")
-
-
-def _not_negative(owner: object, *names: str) -> None:
-    for name in names:
-        value = getattr(owner, name)
-        if not np.all(np.isfinite(value) & (np.asarray(value) >= 0)):
-            raise ValueError(f"{type(owner).__name__}.{name} must be zero or more, got {value!r}")
-
-
 @dataclass(frozen=True, slots=True)
 class TrackGeometry:
     """The two tracks: `gauge` and `effective_width` replace the paper's D + 2b in eq. (4)."""
@@ -98,7 +73,7 @@ class TrackGeometry:
     """(u_R - u_L) / yaw rate as calibrated on typical ground, m: more than the gauge, by slip."""
 
     def __post_init__(self) -> None:
-        _positive(self, "gauge", "width", "effective_width")
+        require_positive(self, "gauge", "width", "effective_width")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,10 +100,10 @@ class StereoCamera:
     """How well that is known, px: all distances are off together by its share of the disparity."""
 
     def __post_init__(self) -> None:
-        _positive(self, "fx", "fy", "baseline")
-        _whole(self, "width", "height")
-        _finite(self, "cx", "cy", "disparity_offset")
-        _not_negative(self, "disparity_sigma", "mount_sigma")
+        require_positive(self, "fx", "fy", "baseline")
+        require_whole(self, "width", "height")
+        require_finite(self, "cx", "cy", "disparity_offset")
+        require_not_negative(self, "disparity_sigma", "mount_sigma")
         T = _frozen_mount(self.T_base_camera, "StereoCamera.T_base_camera")
         sigma = _frozen(self.mount_sigma, (6,), "StereoCamera.mount_sigma")
         object.__setattr__(self, "T_base_camera", T)
@@ -170,10 +145,10 @@ class Lidar:
     """(4, 4) the sensor frame (x forward, y left, z up) in the robot frame."""
 
     def __post_init__(self) -> None:
-        _whole(self, "n_beams")
-        _positive(self, "range_max")
-        _finite(self, "angle_min", "angle_increment")
-        _not_negative(self, "range_min", "sigma_range", "sigma_bearing")
+        require_whole(self, "n_beams")
+        require_positive(self, "range_max")
+        require_finite(self, "angle_min", "angle_increment")
+        require_not_negative(self, "range_min", "sigma_range", "sigma_bearing")
         if self.range_min >= self.range_max:
             raise ValueError(
                 f"Lidar.range_min must be less than range_max, {self.range_max} m, "
@@ -207,7 +182,7 @@ class Imu:
     """rad/s"""
 
     def __post_init__(self) -> None:
-        _not_negative(self, "sigma_acceleration", "sigma_rate")
+        require_not_negative(self, "sigma_acceleration", "sigma_rate")
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,7 +197,7 @@ class Rig:
     imu: Imu | None = None
 
     def __post_init__(self) -> None:
-        _positive(self, "dt")
+        require_positive(self, "dt")
         for name, kind in _PARTS.items():
             part = getattr(self, name)
             if not (part is None or isinstance(part, kind)):

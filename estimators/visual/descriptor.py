@@ -127,7 +127,7 @@ def match_around(
     most: float,
     max_hamming: int,
     ratio: float,
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+) -> NDArray[np.int64]:
     """Index (n,) of every reference feature's match among the current points, -1 without one."""
     n, m = predicted.shape[0], points.shape[0]
     partner = np.full(n, -1, np.int64)
@@ -166,4 +166,4 @@ def match_around(
         if suitor[chosen] >= 0:
             partner[suitor[chosen]] = -1
         partner[i], suitor[chosen], distance[chosen] = chosen, i, best
-    return partner, distance
+    return partner

@@ -117,10 +117,8 @@ class StereoFrontend:
 
     def make_keyframe(self, frame: StereoFrame) -> Keyframe:
         """The frame with its disparities to a fraction of a pixel; what does not align is left."""
-        points = frame.points.copy()
-        points[:, 2] += self._offset
-        aligned = align_rows(frame.left, frame.right, points, 1.5)
-        points[:, 2] = aligned[:, 0] - self._offset
+        aligned = align_disparities(frame, frame.points, self._offset)
+        points = np.column_stack([frame.points[:, :2], aligned[:, 0]])
         good = np.nan_to_num(points[:, 2]) > _MIN_DISPARITY
         return Keyframe(
             frame.left,
@@ -142,7 +140,17 @@ class StereoFrontend:
         return corners
 
 
+def align_disparities(frame: StereoFrame, points: Array, offset: float) -> Array:
+    """Calibrated sub-pixel disparities and their slopes (n, 3) at points (n, 3) u, v, d [px].
+
+    offset: measured minus true disparity, px. NaN where a patch does not align.
+    """
+    measured = points + [0.0, 0.0, offset]
+    return np.asarray(align_rows(frame.left, frame.right, measured, _ROW_LIMIT)) - [offset, 0, 0]
+
+
 _ROUNDS = 8
+_ROW_LIMIT = 1.5  # px of disparity from what the descriptors found
 # px. Interpolation misreads sharper images, and alignment then overshoots half-way between pixels;
 # a descriptor's comparisons must not hang on a single pixel's noise.
 _ALIGNMENT_BLUR = 1.0

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grouser.estimators.visual.alignment import align_plane, align_rows
+from grouser.estimators.visual.alignment import align_plane
 from grouser.estimators.visual.descriptor import match_around
-from grouser.estimators.visual.frontend import Keyframe, StereoFrame
+from grouser.estimators.visual.frontend import Keyframe, StereoFrame, align_disparities
 from grouser.geometry import Array
 
 
@@ -93,7 +93,7 @@ def match_frames(
     """Features of the reference frame found again around their predictions."""
     height, width = current.left.shape
     scale = width / 320
-    partner, distance = match_around(
+    partner = match_around(
         prediction.points,
         prediction.covariance,
         reference.descriptors,
@@ -105,6 +105,7 @@ def match_frames(
         options.ratio,
     )
     found = np.flatnonzero(partner >= 0)
+    candidates = len(found)
     now = current.points[partner[found]]
     # Near points tell of the translation, distinct corners align well: near first, within buckets.
     score = now[:, 2] * np.sqrt(reference.strength[found] / reference.strength.max(initial=1.0))
@@ -115,8 +116,8 @@ def match_frames(
         reference.left, current.left, reference.points[found], now, warps, _ALIGNMENT_LIMIT
     )
     settled = np.flatnonzero(np.isfinite(place[:, 0]))
-    raw = np.column_stack([place[settled], now[settled, 2] + disparity_offset])
-    disparity = align_rows(current.left, current.right, raw, 1.5)[:, 0] - disparity_offset
+    points = np.column_stack([place[settled], now[settled, 2]])
+    disparity = align_disparities(current, points, disparity_offset)[:, 0]
     good = np.nan_to_num(disparity) > 0
     aligned = np.column_stack([place[settled][good], disparity[good]])
     kept = settled[good]
@@ -124,7 +125,7 @@ def match_frames(
         reference.points[found[kept]],
         aligned,
         noise.of_warps(warps[kept]),
-        int((partner >= 0).sum()),
+        candidates,
     )
 
 

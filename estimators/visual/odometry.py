@@ -11,7 +11,7 @@ from grouser.estimators.track_motion import SideSlip, TrackNoise
 from grouser.estimators.visual.descriptor import Image
 from grouser.estimators.visual.five_point import FivePointRansac
 from grouser.estimators.visual.frontend import FrontendOptions, StereoFrame, StereoFrontend, grey
-from grouser.estimators.visual.fusion import NOTHING_YET, Fused, RelativeFilter
+from grouser.estimators.visual.fusion import NOTHING_YET, Fused, RelativeFilter, RelativePose
 from grouser.estimators.visual.keyframes import KeyframeRule
 from grouser.estimators.visual.matching import MatchingOptions, PixelNoise
 from grouser.estimators.visual.motion import chassis_pose
@@ -163,10 +163,11 @@ class VisualOdometry(PoseEstimator):
         expected = self._predict(observation)
         sight = self._sight.look(self._keyframe, frame, expected, self._believe(), self._rng)
         looked = time.perf_counter()
-        fused = self._fuse(sight)
+        seen = None if sight.motion is None else sight.planar()
+        fused = self._fuse(seen)
         relative = self._filter.relative(fused)
         pose_3d = self._keyframe_pose_3d @ chassis_pose(relative, *sight.out_of_plane())
-        self._learn(relative, sight, expected)
+        self._learn(relative, seen, expected)
         status = self._status(sight, float(observation["stamp"][0]))
         diagnostics = sight.diagnostics | {
             "features": float(len(frame.points)),
@@ -226,22 +227,22 @@ class VisualOdometry(PoseEstimator):
         side_sigma = float(np.sqrt(by_pose @ predicted.covariance @ by_pose))
         return self._prior.about(pose_motion(predicted.pose), side_sigma, self._camera.mount_sigma)
 
-    def _fuse(self, sight: Sight) -> Fused:
-        if sight.motion is None:
+    def _fuse(self, seen: RelativePose | None) -> Fused:
+        if seen is None:
             return self._filter.coast(self._predicted)
         if self._predictor.measures:
-            return self._filter.fuse(self._predicted, sight.planar())
-        return self._filter.follow(sight.planar(), self._predicted.frames)
+            return self._filter.fuse(self._predicted, seen)
+        return self._filter.follow(seen, self._predicted.frames)
 
-    def _learn(self, relative: Array, sight: Sight, expected: Expectation) -> None:
+    def _learn(self, relative: Array, seen: RelativePose | None, expected: Expectation) -> None:
         """What the next prediction starts from."""
-        if sight.motion is None:
+        if seen is None:
             self._failures += 1
             self._believed = Expectation(relative, expected.covariance)
         else:
             self._failures = 0
             self._predictor.learn(between(self._believed.pose, relative))
-            self._believed = Expectation(relative, sight.planar().covariance)
+            self._believed = Expectation(relative, seen.covariance)
 
     def _status(self, sight: Sight, stamp: float) -> Status:
         if sight.motion is not None:

@@ -12,6 +12,7 @@ from grouser.estimators.track_motion import (
     arc_jacobian,
     arc_pose,
     chord,
+    observed_increments,
     track_increment,
     track_increment_jacobian,
 )
@@ -64,9 +65,7 @@ class TrackPredictor(MotionPredictor):
         self._turn_noise = turn_noise
 
     def predict(self, observation: Observation, biases: Array) -> Increment:
-        measured = np.asarray(observation["tracks"], dtype=np.float64)
-        if measured.shape != (2,) or not np.isfinite(measured).all():
-            raise ValueError(f"observation 'tracks' must be two finite numbers [m], got {measured}")
+        measured = observed_increments(observation)
         width = self._tracks.effective_width
         du = measured * (1 + biases[:2])
         turn, arc_length = track_increment(du, width)

@@ -1,6 +1,5 @@
 """Replay-v0 keeps the contracts of an environment and moves the truth from camera to robot."""
 
-import os
 import warnings
 from math import radians
 from pathlib import Path
@@ -21,8 +20,6 @@ from grouser.rig import Rig, StereoCamera, camera_mount
 
 N, WIDTH, HEIGHT = 30, 48, 40
 MOUNT = camera_mount(0.4, 0.1, 0.5, pitch=radians(12), yaw=radians(3))
-DATA = Path(os.environ.get("GROUSER_DATA", Path(__file__).parents[3] / "shared/data"))
-KITTI_06 = DATA / "kitti_06_first51"
 
 
 def robot_poses() -> Array:
@@ -199,11 +196,8 @@ def test_the_spec_rebuilds_the_environment(log: Path) -> None:
     assert again.observation_space == env.observation_space
 
 
-@pytest.mark.skipif(
-    not KITTI_06.is_dir(), reason=f"no recording at {KITTI_06}; set GROUSER_DATA to its parent"
-)
-def test_kitti_06() -> None:
-    env = make(KITTI_06)
+def test_kitti_06(kitti_06: Path) -> None:
+    env = make(kitti_06)
     stereo = env.get_wrapper_attr("rig").stereo
     observations, infos = play(env)
     assert len(observations) == 51

@@ -1,6 +1,5 @@
 """On 51 frames of KITTI odometry 06, against the acceptance of the walking skeleton."""
 
-import os
 from functools import cache
 from pathlib import Path
 
@@ -12,18 +11,11 @@ from grouser.estimators import PoseEstimate, Status, make
 from grouser.estimators.evaluation.metrics import drift
 from grouser.geometry import Array, lift
 
-DATA = Path(os.environ.get("GROUSER_DATA", Path(__file__).parents[4] / "shared/data"))
-KITTI_06 = DATA / "kitti_06_first51"
-
-pytestmark = pytest.mark.skipif(
-    not KITTI_06.is_dir(), reason=f"no recording at {KITTI_06}; set GROUSER_DATA to its parent"
-)
-
 
 @cache
-def replayed(name: str) -> tuple[Array, Array, list[PoseEstimate]]:
+def replayed(log: Path, name: str) -> tuple[Array, Array, list[PoseEstimate]]:
     """True poses (51, 4, 4) and (51, 3), and the estimates."""
-    env = ReplayEnv(KITTI_06)
+    env = ReplayEnv(log)
     estimator = make(name, env.rig)
     observation, info = env.reset()
     estimates = [estimator.reset(observation, rng=np.random.default_rng(0))]
@@ -37,14 +29,14 @@ def replayed(name: str) -> tuple[Array, Array, list[PoseEstimate]]:
 
 
 @pytest.mark.parametrize("name", ["one-point-ransac", "five-point-ransac"])
-def test_it_tracks_every_frame(name: str) -> None:
-    _, _, estimates = replayed(name)
+def test_it_tracks_every_frame(kitti_06: Path, name: str) -> None:
+    _, _, estimates = replayed(kitti_06, name)
     assert len(estimates) == 51
     assert {e.status for e in estimates} == {Status.TRACKING}
 
 
-def test_one_point_drifts_by_less_than_a_percent_in_space() -> None:
-    true_3d, _, estimates = replayed("one-point-ransac")
+def test_one_point_drifts_by_less_than_a_percent_in_space(kitti_06: Path) -> None:
+    true_3d, _, estimates = replayed(kitti_06, "one-point-ransac")
     poses = np.array([e.pose_3d for e in estimates])
     drifted = drift(true_3d, poses)
     assert drifted is not None
@@ -52,8 +44,8 @@ def test_one_point_drifts_by_less_than_a_percent_in_space() -> None:
     assert drifted.rotation_deg_per_m <= 0.02
 
 
-def test_one_point_drifts_by_less_than_a_percent_on_the_plane() -> None:
-    _, true_poses, estimates = replayed("one-point-ransac")
+def test_one_point_drifts_by_less_than_a_percent_on_the_plane(kitti_06: Path) -> None:
+    _, true_poses, estimates = replayed(kitti_06, "one-point-ransac")
     drifted = drift(lift(true_poses), lift(np.array([e.pose for e in estimates])))
     assert drifted is not None
     assert drifted.translation_percent <= 1.0
