@@ -20,7 +20,8 @@ from grouser.envs.simulation.motion import instantaneous_centres, longitudinal_s
 from grouser.envs.simulation.robot import RobotModel, TrackedRobot
 from grouser.envs.simulation.robot_rig import robot_rig
 from grouser.envs.simulation.window import Window
-from grouser.envs.simulation.worlds import World, make_world, world_names
+from grouser.envs.simulation.world import World
+from grouser.envs.simulation.worlds.registry import make_world, world_names
 from grouser.geometry import Array, inverse_transform, project
 from grouser.kernels import announce
 from grouser.rig import Rig

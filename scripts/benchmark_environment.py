@@ -11,7 +11,8 @@ from grouser.envs.sensors.lidar import PlanarLidar
 from grouser.envs.sensors.stereo import EYES, Stereo
 from grouser.envs.simulation.motion import Motion
 from grouser.envs.simulation.robot import RobotModel, TrackedRobot
-from grouser.envs.simulation.worlds import World, make_world
+from grouser.envs.simulation.world import World
+from grouser.envs.simulation.worlds.registry import make_world
 from grouser.envs.tracked_robot import CONTROL_DT, SENSORS, TrackedRobotEnv
 from grouser.scripts.benchmark_timing import Figures, Measurement, median_seconds, seconds
 from grouser.scripts.naive_stack import NaiveStack

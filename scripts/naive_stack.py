@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grouser.envs.simulation.bullet import pybullet
+from grouser.envs.simulation.materials import TEXTURES
 from grouser.envs.simulation.mesh import world_faces
 from grouser.envs.simulation.robot import PHYSICS_DT, RobotModel
 from grouser.envs.simulation.textures import texture_bank
 from grouser.envs.simulation.tracks import GRAVITY
-from grouser.envs.simulation.worlds import TEXTURES, Boxes, World
+from grouser.envs.simulation.world import Boxes, World
 from grouser.geometry import Array, inverse_transform, lift
 from grouser.rig import Rig
 
@@ -117,13 +118,13 @@ class NaiveStack:
     def _add_world(self, world: World) -> None:
         """The ground and every solid, each with the very faces that our own renderer shows."""
         textures, faces = self._load_textures(), world_faces(world)
-        half = world.ground_half_size
+        half = world.ground.cell / 2
         self._add_box(
             Boxes(
                 np.array([[0, 0, -0.5]]),
                 np.array([[half, half, 0.5]]),
                 np.zeros(1),
-                np.array([world.ground_texture]),
+                world.ground.textures[world.ground.material[0]],
             ),
             0,
             (faces.corners[:1], faces.uv[:1]),

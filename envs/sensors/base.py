@@ -9,7 +9,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from grouser.envs.simulation.motion import Motion
-from grouser.envs.simulation.worlds import World
+from grouser.envs.simulation.world import World
 
 Reading = dict[str, NDArray[Any]]
 

@@ -7,7 +7,7 @@ from gymnasium import spaces
 
 from grouser.envs.sensors.base import Reading, Sensor
 from grouser.envs.simulation.motion import Motion
-from grouser.envs.simulation.worlds import World
+from grouser.envs.simulation.world import World
 from grouser.rig import Imu
 
 _FULL_SCALE = np.repeat([16 * 9.81, np.radians(2000)], 3)

@@ -8,7 +8,7 @@ from gymnasium import spaces
 from grouser.envs.sensors.base import Reading, Sensor
 from grouser.envs.simulation.motion import Motion
 from grouser.envs.simulation.raycast import RayCaster
-from grouser.envs.simulation.worlds import World
+from grouser.envs.simulation.world import World
 from grouser.rig import Lidar
 
 

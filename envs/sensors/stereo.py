@@ -14,7 +14,7 @@ from grouser.envs.simulation.mesh import world_faces
 from grouser.envs.simulation.motion import Motion
 from grouser.envs.simulation.renderer import Pinhole, Renderer
 from grouser.envs.simulation.textures import texture_bank
-from grouser.envs.simulation.worlds import World
+from grouser.envs.simulation.world import World
 from grouser.geometry import Array, transform
 from grouser.rig import StereoCamera
 

@@ -7,7 +7,7 @@ from gymnasium import spaces
 
 from grouser.envs.sensors.base import Reading, Sensor
 from grouser.envs.simulation.motion import Motion
-from grouser.envs.simulation.worlds import World
+from grouser.envs.simulation.world import World
 
 
 class TrackEncoders(Sensor):

@@ -5,12 +5,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from grouser.envs.simulation.materials import TEXTURES
 from grouser.envs.simulation.mesh import Faces, join_faces, oriented_box_faces, world_faces
 from grouser.envs.simulation.raycast import RayCaster
 from grouser.envs.simulation.renderer import Pinhole, Renderer
 from grouser.envs.simulation.robot import RobotModel
 from grouser.envs.simulation.textures import texture_bank
-from grouser.envs.simulation.worlds import TEXTURES, World
+from grouser.envs.simulation.world import World
 from grouser.geometry import Array, lift, project
 from grouser.rig import camera_mount
 

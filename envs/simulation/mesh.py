@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grouser.envs.simulation.textures import texture_metres
-from grouser.envs.simulation.worlds import Boxes, World
+from grouser.envs.simulation.world import Boxes, World
 from grouser.geometry import Array
 
 _LIGHT = np.array([0.40, 0.25, 0.88]) / np.linalg.norm([0.40, 0.25, 0.88])
@@ -85,10 +85,11 @@ def oriented_box_faces(
 
 
 def _ground_face(world: World) -> Faces:
-    g = world.ground_half_size
+    ground = world.ground
+    g = ground.cell / 2
     corners = np.stack([g * _ALONG, g * _ABOVE, np.zeros(4)], axis=-1)[None]
-    texture = np.array([world.ground_texture])
-    uv = corners[..., :2] / texture_metres()[world.ground_texture]
+    texture = ground.textures[ground.material.ravel()]
+    uv = corners[..., :2] / texture_metres()[texture]
     return Faces(corners, uv, _shade(np.array([[0.0, 0.0, 1.0]])), texture)
 
 

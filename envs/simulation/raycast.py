@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grouser.envs.simulation.worlds import Boxes
+from grouser.envs.simulation.world import Boxes
 from grouser.geometry import Array
 from grouser.kernels import kernel
 

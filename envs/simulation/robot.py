@@ -13,7 +13,7 @@ import numpy as np
 from grouser.envs.simulation.bullet import pybullet
 from grouser.envs.simulation.motion import Motion, motion_from_history
 from grouser.envs.simulation.tracks import GRAVITY, TrackModel, track_wrench
-from grouser.envs.simulation.worlds import Boxes, World
+from grouser.envs.simulation.world import Boxes, World
 from grouser.geometry import Array
 
 PHYSICS_DT = 1 / 240

@@ -7,7 +7,7 @@ import numpy as np
 from grouser.envs.simulation.motion import STRAIGHT_RATE
 from grouser.envs.simulation.renderer import Pinhole
 from grouser.envs.simulation.robot import RobotModel, TrackedRobot
-from grouser.envs.simulation.worlds import World
+from grouser.envs.simulation.world import World
 from grouser.geometry import transform
 from grouser.rig import Imu, Lidar, Rig, StereoCamera, TrackGeometry, camera_mount
 

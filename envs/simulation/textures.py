@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grouser.envs.simulation.worlds import TEXTURES
+from grouser.envs.simulation.materials import TEXTURES
 from grouser.kernels import kernel
 
 METRES_PER_TEXEL = 1 / 256
@@ -24,6 +24,12 @@ _TINTS = (
     (0.85, 0.92, 1),
     (1, 1, 0.8),
     (0.95,) * 3,
+    (0.9, 0.92, 1),
+    (0.75, 1, 0.45),
+    (1, 0.8, 0.6),
+    (0.9, 0.97, 1),
+    (1, 0.85, 0.65),
+    (0.6, 1, 0.45),
 )
 _LUMA = (0.299, 0.587, 0.114)
 
@@ -65,6 +71,12 @@ def _greys() -> list[Image]:
         _stones(rngs["pebbles"], size=512, cells=20),
         _bricks(rngs["blocks"], size=512, rows=8, columns=4),
         _grain(rngs["concrete"], size=512),
+        _stones(rngs["asphalt"], size=512, cells=96),
+        _grain(rngs["grass"], size=512),
+        _grain(rngs["mud"], size=512),
+        _grain(rngs["ice"], size=512),
+        _bricks(rngs["bark"], size=512, rows=8, columns=16),
+        _stones(rngs["foliage"], size=512, cells=48),
     ]
 
 

@@ -1,6 +1,11 @@
 """How kernels are compiled: exactly, without the lock, and with words where they cannot be kept."""
 
 import math
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -40,3 +45,54 @@ def test_where_nothing_can_be_cached_the_error_says_what_to_set() -> None:
     exec(compile("def orphan(): return 1", "/nowhere/orphan.py", "exec"), found)
     with pytest.raises(RuntimeError, match=r"'orphan'.*set NUMBA_CACHE_DIR to a folder that can"):
         kernel(found["orphan"])
+
+
+CALLED = """
+from grouser.kernels import kernel
+
+
+@kernel
+def price():
+    return {value}
+"""
+CALLING = """
+import called
+from grouser.kernels import kernel, kernel_using
+
+price = called.price
+
+
+@kernel_using(called.price)
+def twice():
+    return 2 * price()
+
+
+@kernel_using(twice)
+def thrice_of_twice():
+    return 3 * twice()
+"""
+ASKING = """
+import calling
+print(calling.twice(), calling.thrice_of_twice(), sum(calling.twice.stats.cache_hits.values()))
+"""
+
+
+def test_a_kernel_is_compiled_anew_when_one_that_it_uses_has_changed(tmp_path: Path) -> None:
+    def ask() -> list[int]:
+        done = subprocess.run(
+            [sys.executable, "-c", ASKING],
+            cwd=tmp_path,
+            env={**os.environ, "PYTHONPATH": f"{tmp_path}:{Path(__file__).parents[2]}"},
+            capture_output=True,
+            text=True,
+        )
+        assert done.returncode == 0, done.stderr
+        return [int(word) for word in done.stdout.split()]
+
+    (tmp_path / "called.py").write_text(CALLED.format(value=7))
+    (tmp_path / "calling.py").write_text(CALLING)
+    assert ask() == [14, 42, 0]
+    assert ask() == [14, 42, 1]  # from the cache
+    time.sleep(0.05)
+    (tmp_path / "called.py").write_text(CALLED.format(value=50))
+    assert ask() == [100, 300, 0]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from grouser.envs.simulation.robot import RobotModel
-from grouser.envs.simulation.worlds import World
+from grouser.envs.simulation.world import World
 from grouser.envs.tracked_robot import TrackedRobotEnv
 from grouser.scripts.benchmark_environment import _SEED, _world
 from grouser.scripts.naive_stack import NaiveStack

@@ -8,7 +8,8 @@ import pytest
 from grouser.envs.sensors.lidar import PlanarLidar
 from grouser.envs.simulation.robot import RobotModel
 from grouser.envs.simulation.robot_rig import robot_rig
-from grouser.envs.simulation.worlds import Boxes, World, make_world
+from grouser.envs.simulation.world import Boxes, World
+from grouser.envs.simulation.worlds.registry import make_world
 from grouser.geometry import Array, lift
 from grouser.rig import Lidar
 from tests.envs.sensors.motions import at_rest, generators

@@ -11,7 +11,8 @@ from scipy.stats import chisquare, norm
 from grouser.envs.sensors.read_noise import ReadNoise
 from grouser.envs.simulation.motion import Motion
 from grouser.envs.simulation.raycast import RayCaster
-from grouser.envs.simulation.worlds import World, make_world
+from grouser.envs.simulation.world import World
+from grouser.envs.simulation.worlds.registry import make_world
 from grouser.envs.tracked_robot import TrackedRobotEnv
 from grouser.geometry import lift
 from grouser.rig import StereoCamera

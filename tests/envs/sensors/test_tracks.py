@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from grouser.envs.sensors.tracks import TrackEncoders
-from grouser.envs.simulation.worlds import make_world
+from grouser.envs.simulation.worlds.registry import make_world
 from grouser.geometry import Array
 from tests.envs.sensors.motions import at_rest, generators
 

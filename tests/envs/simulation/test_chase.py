@@ -7,7 +7,7 @@ import pytest
 
 from grouser.envs.simulation.chase import ChaseView, robot_faces
 from grouser.envs.simulation.robot import RobotModel
-from grouser.envs.simulation.worlds import make_world
+from grouser.envs.simulation.worlds.registry import make_world
 from grouser.geometry import lift
 
 WORLD = make_world("yard", np.random.default_rng(0))

@@ -6,7 +6,8 @@ import pytest
 
 from grouser.envs.simulation.raycast import RayCaster
 from grouser.envs.simulation.robot import BulletWorld, RobotModel
-from grouser.envs.simulation.worlds import Boxes, make_world
+from grouser.envs.simulation.world import Boxes
+from grouser.envs.simulation.worlds.registry import make_world
 from grouser.geometry import Array
 
 

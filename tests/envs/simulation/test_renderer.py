@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 from grouser.envs.simulation.mesh import Faces, box_faces, join_faces, world_faces
 from grouser.envs.simulation.renderer import SKY_COLOUR, Pinhole, Renderer
 from grouser.envs.simulation.textures import TextureBank, texture_bank
-from grouser.envs.simulation.worlds import Boxes, make_world
+from grouser.envs.simulation.world import Boxes
+from grouser.envs.simulation.worlds.registry import make_world
 from grouser.geometry import Array, inverse_transform, lift
 from grouser.rig import camera_mount
 

@@ -5,7 +5,7 @@ import pytest
 
 from grouser.envs.simulation.robot import PHYSICS_DT, RobotModel, TrackedRobot
 from grouser.envs.simulation.robot_rig import EFFECTIVE_WIDTH, measure_effective_width, robot_rig
-from grouser.envs.simulation.worlds import make_world
+from grouser.envs.simulation.worlds.registry import make_world
 from grouser.rig import Rig
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from grouser.envs.simulation.mesh import Faces, world_faces
 from grouser.envs.simulation.renderer import SKY_COLOUR, Pinhole, Renderer
 from grouser.envs.simulation.textures import TextureBank
-from grouser.envs.simulation.worlds import make_world
+from grouser.envs.simulation.worlds.registry import make_world
 from grouser.geometry import Array, lift
 from grouser.rig import camera_mount
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from grouser.envs.simulation.materials import TEXTURES
 from grouser.envs.simulation.textures import TextureBank, texture_bank
-from grouser.envs.simulation.worlds import TEXTURES
 
 TEXTURE_INDICES = range(len(TEXTURES))
 

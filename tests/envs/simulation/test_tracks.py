@@ -10,7 +10,8 @@ import pytest
 from grouser.envs.simulation.motion import Motion, longitudinal_slip
 from grouser.envs.simulation.robot import RobotModel, TrackedRobot
 from grouser.envs.simulation.tracks import GRAVITY, TrackModel, track_wrench
-from grouser.envs.simulation.worlds import Boxes, World, make_world
+from grouser.envs.simulation.world import Boxes, World
+from grouser.envs.simulation.worlds.registry import make_world
 from grouser.geometry import Array, between, project
 
 GAUGE = TrackModel().gauge

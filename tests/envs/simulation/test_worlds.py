@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from grouser.envs.simulation.worlds import TEXTURES, World, make_world, world_names
+from grouser.envs.simulation.materials import TEXTURES
+from grouser.envs.simulation.world import World
+from grouser.envs.simulation.worlds.registry import make_world, world_names
 
 YARDS = [make_world("yard", np.random.default_rng(seed)) for seed in range(20)]
 

@@ -1,0 +1,74 @@
+"""The yard: walled, gravelled, strewn with boxes around a clear place in its middle."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from grouser.envs.simulation.ground import Ground
+from grouser.envs.simulation.materials import TEXTURES
+from grouser.envs.simulation.world import Boxes, World, join
+from grouser.geometry import Array
+
+_BRICK, _CONCRETE = TEXTURES.index("brick"), TEXTURES.index("concrete")
+_HALF_SIZE = 9.0  # m, from the centre to the inner face of a wall
+_N_OBSTACLES = 40
+_CLEAR_RADIUS = 3.5
+_ROBOT_RADIUS = 0.4  # of the circle around the robot seen from above, rounded up
+_SMALLEST, _LARGEST = (0.12, 0.12, 0.10), (0.50, 0.50, 0.90)
+
+
+def yard(rng: np.random.Generator) -> World:
+    """A walled gravel yard, 18 x 18 m, with 40 boxes strewn around a clear place in its middle."""
+    start = np.append(rng.uniform(-1.5, 1.5, 2), rng.uniform(-np.pi, np.pi))
+    walls = _walls(_HALF_SIZE, thickness=0.3, height=2.5)
+    obstacles = _strewn_boxes(rng, start[:2], _CLEAR_RADIUS + _ROBOT_RADIUS)
+    return World(
+        name="yard",
+        solids=join(obstacles, walls),
+        n_walls=len(walls),
+        ground=Ground.flat(_HALF_SIZE + 0.3, "gravel"),
+        start=start,
+        clear_radius=_CLEAR_RADIUS,
+    )
+
+
+def _walls(half_size: float, *, thickness: float, height: float) -> Boxes:
+    """Four walls around a square; those along x close the corners."""
+    reach, half = half_size + thickness / 2, thickness / 2
+    centre = [[reach, 0], [-reach, 0], [0, reach], [0, -reach]]
+    extents = [[half, half_size]] * 2 + [[half_size + thickness, half]] * 2
+    return Boxes(
+        centre=np.column_stack([centre, np.full(4, height / 2)]),
+        half_extents=np.column_stack([extents, np.full(4, height / 2)]),
+        yaw=np.zeros(4),
+        texture=np.full(4, _BRICK),
+    )
+
+
+def _strewn_boxes(rng: np.random.Generator, start: ArrayLike, clearance: float) -> Boxes:
+    """Boxes that touch neither each other nor the place around the start."""
+    positions: list[Array] = [np.asarray(start, dtype=np.float64)]
+    radii: list[float] = [clearance]
+    half_extents = rng.uniform(_SMALLEST, _LARGEST, (_N_OBSTACLES, 3))
+    for half in half_extents:
+        radius = float(np.hypot(half[0], half[1]))
+        positions.append(_free_position(rng, radius, np.array(positions), np.array(radii)))
+        radii.append(radius)
+    return Boxes(
+        centre=np.column_stack([np.array(positions[1:]), half_extents[:, 2]]),
+        half_extents=half_extents,
+        yaw=rng.uniform(-np.pi, np.pi, _N_OBSTACLES),
+        texture=rng.integers(_BRICK, _CONCRETE + 1, _N_OBSTACLES),
+    )
+
+
+def _free_position(
+    rng: np.random.Generator, radius: float, taken: Array, taken_radii: Array
+) -> Array:
+    """A place for a circle that overlaps no taken one (at most a third of the yard is taken)."""
+    reach = _HALF_SIZE - radius
+    while True:
+        candidates = rng.uniform(-reach, reach, (16, 2))
+        distance = np.linalg.norm(candidates[:, None] - taken, axis=-1)
+        free = np.flatnonzero(np.all(distance > taken_radii + radius, axis=1))
+        if free.size:
+            return np.asarray(candidates[free[0]])
