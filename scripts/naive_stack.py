@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from grouser.envs.simulation.bullet import pybullet
 from grouser.envs.simulation.materials import TEXTURES
-from grouser.envs.simulation.mesh import world_faces
+from grouser.envs.simulation.renderers.mesh import world_faces
+from grouser.envs.simulation.renderers.textures import texture_bank
 from grouser.envs.simulation.robot import PHYSICS_DT, RobotModel
-from grouser.envs.simulation.textures import texture_bank
 from grouser.envs.simulation.tracks import GRAVITY
 from grouser.envs.simulation.world import Boxes, World
 from grouser.geometry import Array, inverse_transform, lift

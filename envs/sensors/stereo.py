@@ -1,21 +1,19 @@
-"""A rectified stereo pair: two renderers side by side in two threads, then read noise."""
+"""A rectified stereo pair: what a renderer draws from both eyes, then read noise."""
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
 from grouser.envs.sensors.base import Reading, Sensor
-from grouser.envs.sensors.helper_thread import HelperThread
 from grouser.envs.sensors.read_noise import ReadNoise
-from grouser.envs.simulation.mesh import world_faces
 from grouser.envs.simulation.motion import Motion
-from grouser.envs.simulation.renderer import Pinhole, Renderer
-from grouser.envs.simulation.textures import texture_bank
+from grouser.envs.simulation.renderers.base import Renderer
+from grouser.envs.simulation.renderers.pinhole import Pinhole
+from grouser.envs.simulation.renderers.registry import make_renderer
 from grouser.envs.simulation.world import World
-from grouser.geometry import Array, transform
+from grouser.geometry import transform
 from grouser.rig import StereoCamera
 
 EYES = ("left", "right")
@@ -31,13 +29,20 @@ class Stereo(Sensor):
         eyes: those that are looked through, of EYES; the others are not rendered.
         color: RGB instead of grey.
         noise: standard deviation of the read noise, grey levels.
+        renderer: of RENDERERS.
     """
 
     def __init__(
-        self, camera: StereoCamera, *, eyes: Sequence[str], color: bool, noise: float
+        self,
+        camera: StereoCamera,
+        *,
+        eyes: Sequence[str],
+        color: bool,
+        noise: float,
+        renderer: str = "raster",
     ) -> None:
         self._eyes = tuple(eyes)
-        self._color, self._noise = color, ReadNoise(noise)
+        self._color, self._noise, self._renderer_name = color, ReadNoise(noise), renderer
         self._shape = (camera.height, camera.width, 3 if color else 1)
         self._pinhole = Pinhole(
             camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy
@@ -45,30 +50,27 @@ class Stereo(Sensor):
         to_right = transform(np.eye(3), [camera.baseline, 0, 0])
         mounts = {"left": camera.T_base_camera, "right": camera.T_base_camera @ to_right}
         self._mounts = {eye: mounts[eye] for eye in self._eyes}
-        self._renderers: dict[str, Renderer] = {}
+        self._renderer: Renderer | None = None
         self._rngs: dict[str, np.random.Generator] = {}
-        self._helper = HelperThread()
 
     @property
     def spaces(self) -> dict[str, spaces.Box]:
         return {eye: spaces.Box(0, 255, self._shape, np.uint8) for eye in self._eyes}
 
     def enter(self, world: World, rngs: Mapping[str, np.random.Generator]) -> None:
-        faces, bank = world_faces(world), texture_bank(self._color)
+        self.close()
         self._rngs = {eye: rngs[eye] for eye in self._eyes}
-        self._renderers = {eye: Renderer(faces, self._pinhole, bank) for eye in self._eyes}
+        self._renderer = make_renderer(self._renderer_name, world, self._pinhole, color=self._color)
 
     def read(self, motion: Motion) -> Reading:
-        *others, last = self._eyes
-        T = motion.T_world_base
-        pending = {eye: self._helper.submit(partial(self._look, eye, T)) for eye in others}
-        image = self._look(last, T)
-        return {**{eye: future.result() for eye, future in pending.items()}, last: image}
+        assert self._renderer is not None
+        images = self._renderer.images([motion.T_world_base @ self._mounts[e] for e in self._eyes])
+        return {
+            eye: self._noise.add(image, self._rngs[eye])
+            for eye, image in zip(self._eyes, images, strict=True)
+        }
 
     def close(self) -> None:
-        self._helper.close()
-        self._renderers = {}
-
-    def _look(self, eye: str, T_world_base: Array) -> Image:
-        image = self._renderers[eye].render(T_world_base @ self._mounts[eye])
-        return self._noise.add(image, self._rngs[eye])
+        if self._renderer is not None:
+            self._renderer.close()
+        self._renderer = None

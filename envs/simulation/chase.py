@@ -6,11 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grouser.envs.simulation.materials import TEXTURES
-from grouser.envs.simulation.mesh import Faces, join_faces, oriented_box_faces, world_faces
 from grouser.envs.simulation.raycast import RayCaster
-from grouser.envs.simulation.renderer import Pinhole, Renderer
+from grouser.envs.simulation.renderers.mesh import (
+    Faces,
+    join_faces,
+    oriented_box_faces,
+    world_faces,
+)
+from grouser.envs.simulation.renderers.pinhole import Pinhole
+from grouser.envs.simulation.renderers.rasteriser import Rasteriser
+from grouser.envs.simulation.renderers.textures import texture_bank
 from grouser.envs.simulation.robot import RobotModel
-from grouser.envs.simulation.textures import texture_bank
 from grouser.envs.simulation.world import World
 from grouser.geometry import Array, lift, project
 from grouser.rig import camera_mount
@@ -32,7 +38,7 @@ class ChaseView:
     def frame(self, T_world_base: Array) -> NDArray[np.uint8]:
         """A new RGB image (height, width, 3) of the robot at a pose (4, 4)."""
         faces = join_faces(self._faces, robot_faces(self._model, T_world_base))
-        return Renderer(faces, self._camera, texture_bank(color=True)).render(
+        return Rasteriser(faces, self._camera, texture_bank(color=True)).render(
             self._viewpoint(T_world_base)
         )
 

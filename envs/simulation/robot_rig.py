@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from grouser.envs.simulation.motion import STRAIGHT_RATE
-from grouser.envs.simulation.renderer import Pinhole
+from grouser.envs.simulation.renderers.pinhole import Pinhole
 from grouser.envs.simulation.robot import RobotModel, TrackedRobot
 from grouser.envs.simulation.world import World
 from grouser.geometry import transform

@@ -19,7 +19,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.wrappers import TimeLimit
 
 import grouser  # noqa: F401 - registers the environments
-from grouser.envs.simulation.renderer import Renderer
+from grouser.envs.simulation.renderers.rasteriser import Rasteriser
 from grouser.envs.tracked_robot import SENSORS, TrackedRobotEnv
 from grouser.geometry import compose, project
 
@@ -144,13 +144,13 @@ def test_leaving_a_sensor_out_changes_no_bit_of_the_others() -> None:
 
 def test_an_eye_that_is_not_asked_for_is_not_rendered(monkeypatch: pytest.MonkeyPatch) -> None:
     rendered: list[int] = []
-    render = Renderer.render
+    render = Rasteriser.render
 
-    def counting(self: Renderer, T: Any) -> Any:
+    def counting(self: Rasteriser, T: Any) -> Any:
         rendered.append(id(self))
         return render(self, T)
 
-    monkeypatch.setattr(Renderer, "render", counting)
+    monkeypatch.setattr(Rasteriser, "render", counting)
     for sensors, pictures in ((("tracks", "lidar"), 0), (("left",), 3), (("left", "right"), 6)):
         rendered.clear()
         env = TrackedRobotEnv(sensors=sensors, image_size=SMALL)

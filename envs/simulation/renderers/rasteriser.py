@@ -4,46 +4,23 @@ Project, cover, resolve: one kernel each. Only + - * / sqrt and floor on IEEE fl
 pixels depend neither on the processor nor on the number of threads.
 """
 
-import math
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
-from grouser.envs.simulation.coverage import SUBSAMPLES, cover
-from grouser.envs.simulation.mesh import Faces
-from grouser.envs.simulation.projection import MAX_CORNERS, N_PLANES, project_faces
-from grouser.envs.simulation.sampling import resolve
-from grouser.envs.simulation.textures import TextureBank
+from grouser.envs.simulation.renderers.base import NEAR
+from grouser.envs.simulation.renderers.coverage import SUBSAMPLES, cover
+from grouser.envs.simulation.renderers.mesh import Faces
+from grouser.envs.simulation.renderers.pinhole import Pinhole
+from grouser.envs.simulation.renderers.projection import MAX_CORNERS, N_PLANES, project_faces
+from grouser.envs.simulation.renderers.sampling import resolve
+from grouser.envs.simulation.renderers.textures import TextureBank
 from grouser.geometry import Array
-
-NEAR = 0.05
-"""What is nearer to a camera than this is not seen, m."""
 
 SKY_COLOUR = {1: (200.0,), 3: (176.0, 203.0, 230.0)}
 """Grey levels, by number of channels."""
 
 
-@dataclass(frozen=True, slots=True)
-class Pinhole:
-    """An ideal camera; pixel centres are at integers."""
-
-    width: int
-    height: int
-    fx: float
-    """px"""
-    fy: float
-    cx: float
-    cy: float
-
-    @staticmethod
-    def with_field_of_view(width: int, height: int, horizontal: float) -> "Pinhole":
-        """Square pixels, the principal point in the middle; horizontal field of view in rad."""
-        f = width / 2 / math.tan(horizontal / 2)
-        return Pinhole(width, height, f, f, (width - 1) / 2, (height - 1) / 2)
-
-
-class Renderer:
+class Rasteriser:
     """Draws one set of faces from one camera; not for two threads at a time.
 
     Args:

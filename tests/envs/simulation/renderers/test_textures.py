@@ -6,7 +6,7 @@ import pytest
 from numpy.typing import NDArray
 
 from grouser.envs.simulation.materials import TEXTURES
-from grouser.envs.simulation.textures import TextureBank, texture_bank
+from grouser.envs.simulation.renderers.textures import TextureBank, texture_bank
 
 TEXTURE_INDICES = range(len(TEXTURES))
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from grouser.envs.simulation.textures import texture_metres
+from grouser.envs.simulation.renderers.textures import texture_metres
 from grouser.envs.simulation.world import Boxes, World
 from grouser.geometry import Array
 

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from grouser.envs.simulation.mesh import Faces, box_faces, join_faces, world_faces
-from grouser.envs.simulation.renderer import SKY_COLOUR, Pinhole, Renderer
-from grouser.envs.simulation.textures import TextureBank, texture_bank
+from grouser.envs.simulation.renderers.mesh import Faces, box_faces, join_faces, world_faces
+from grouser.envs.simulation.renderers.pinhole import Pinhole
+from grouser.envs.simulation.renderers.rasteriser import SKY_COLOUR, Rasteriser
+from grouser.envs.simulation.renderers.textures import TextureBank, texture_bank
 from grouser.envs.simulation.world import Boxes
 from grouser.envs.simulation.worlds.registry import make_world
 from grouser.geometry import Array, inverse_transform, lift
@@ -57,7 +58,7 @@ def test_edges_are_where_projection_puts_them(heading: float) -> None:
     """A black box before the sky: the cover of each row tells where its sides are."""
     T = lift([0, 0, heading]) @ MOUNT
     faces = box(3.0, 0.1, 0.3, (0.3, 0.4, 2.0))
-    image = Renderer(faces, CAMERA, BLACK).render(T)[..., 0]
+    image = Rasteriser(faces, CAMERA, BLACK).render(T)[..., 0]
     half = np.array([0.3, 0.4])
     signs = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])
     c, s = np.cos(0.3), np.sin(0.3)
@@ -96,7 +97,7 @@ def test_texture_is_where_projection_puts_it(pose: tuple[float, float, float]) -
     bank = bank_of(np.round(255 * spot).astype(np.uint8))
     corners = np.array([[1.5, 0.6, 0.0], [1.5, -0.6, 0.0], [3.0, -0.6, 0.8], [3.0, 0.6, 0.8]])
     T = lift(pose) @ MOUNT
-    image = Renderer(square(corners), CAMERA, bank).render(T)[..., 0].astype(np.float64)
+    image = Rasteriser(square(corners), CAMERA, bank).render(T)[..., 0].astype(np.float64)
     image[image == SKY_COLOUR[1][0]] = 0
     u, v = at_u, at_v
     point = corners[0] + u * (corners[1] - corners[0]) + v * (corners[3] - corners[0])
@@ -120,10 +121,10 @@ def test_what_is_nearer_hides_what_is_behind() -> None:
     near, far = box(2.0, 0.0, 0.0, (0.2, 0.2, 0.3)), box(4.0, 0.0, 0.0, (0.2, 2.0, 1.0))
     white = bank_of(np.full((4, 4), 255, dtype=np.uint8))
     T = lift([0, 0, 0]) @ MOUNT
-    one = Renderer(join_faces(near, far), CAMERA, white, samples=1).render(T)
-    other = Renderer(join_faces(far, near), CAMERA, white, samples=1).render(T)
+    one = Rasteriser(join_faces(near, far), CAMERA, white, samples=1).render(T)
+    other = Rasteriser(join_faces(far, near), CAMERA, white, samples=1).render(T)
     assert np.array_equal(one, other)
-    only_near = Renderer(near, CAMERA, white, samples=1).render(T)
+    only_near = Rasteriser(near, CAMERA, white, samples=1).render(T)
     shown = only_near != SKY_COLOUR[1][0]
     assert shown.sum() > 500 and np.array_equal(one[shown], only_near[shown])
     assert np.any(one[~shown] != only_near[~shown])  # the far one shows beside it
@@ -131,7 +132,7 @@ def test_what_is_nearer_hides_what_is_behind() -> None:
 
 def test_a_face_that_passes_the_camera_is_cut_and_not_mirrored() -> None:
     ground = np.array([[-50.0, -50, 0], [50, -50, 0], [50, 50, 0], [-50, 50, 0]])
-    image = Renderer(square(ground), CAMERA, BLACK).render(lift([0, 0, 0.4]) @ MOUNT)[..., 0]
+    image = Rasteriser(square(ground), CAMERA, BLACK).render(lift([0, 0, 0.4]) @ MOUNT)[..., 0]
     horizon = CAMERA.cy - CAMERA.fy * np.tan(np.radians(10))
     assert np.all(image[: int(horizon) - 1] == 200)
     assert np.all(image[int(horizon) + 3 :] == 0)
@@ -139,8 +140,8 @@ def test_a_face_that_passes_the_camera_is_cut_and_not_mirrored() -> None:
 
 def test_sub_samples_soften_edges() -> None:
     faces, T = box(3.0, 0.1, 0.3, (0.3, 0.4, 2.0)), lift([0, 0, 0]) @ MOUNT
-    assert set(np.unique(Renderer(faces, CAMERA, BLACK, samples=1).render(T))) == {0, 200}
-    assert set(np.unique(Renderer(faces, CAMERA, BLACK, samples=4).render(T))) == {
+    assert set(np.unique(Rasteriser(faces, CAMERA, BLACK, samples=1).render(T))) == {0, 200}
+    assert set(np.unique(Rasteriser(faces, CAMERA, BLACK, samples=4).render(T))) == {
         0, 50, 100, 150, 200
     }  # fmt: skip
 
@@ -149,7 +150,7 @@ def test_mip_maps_keep_far_texture_still() -> None:
     """A fine checkerboard far away is grey, not a moire pattern."""
     checks = (np.indices((256, 256)).sum(axis=0) % 2 * 255).astype(np.uint8)
     corners = np.array([[16.0, 2, 0], [16, -2, 0], [16, -2, 3], [16, 2, 3]])
-    image = Renderer(square(corners), CAMERA, bank_of(checks)).render(lift([0, 0, 0]) @ MOUNT)
+    image = Rasteriser(square(corners), CAMERA, bank_of(checks)).render(lift([0, 0, 0]) @ MOUNT)
     wall = image[50:75, 140:180, 0].astype(np.float64)
     assert wall.std() < 2.0
     assert wall.mean() == pytest.approx(127.5, abs=2)
@@ -158,8 +159,8 @@ def test_mip_maps_keep_far_texture_still() -> None:
 def test_grey_is_the_luma_of_the_colour_picture() -> None:
     world = make_world("yard", np.random.default_rng(1))
     T = lift(world.start) @ MOUNT
-    grey = Renderer(world_faces(world), CAMERA, texture_bank(False)).render(T)
-    rgb = Renderer(world_faces(world), CAMERA, texture_bank(True)).render(T)
+    grey = Rasteriser(world_faces(world), CAMERA, texture_bank(False)).render(T)
+    rgb = Rasteriser(world_faces(world), CAMERA, texture_bank(True)).render(T)
     assert (grey.shape, rgb.shape) == ((240, 320, 1), (240, 320, 3))
     ground = np.s_[150:, :]
     luma = rgb[ground] @ np.array([0.299, 0.587, 0.114])
@@ -168,7 +169,7 @@ def test_grey_is_the_luma_of_the_colour_picture() -> None:
 
 def test_a_picture_is_new_memory_and_the_same_bits() -> None:
     world = make_world("yard", np.random.default_rng(1))
-    renderer = Renderer(world_faces(world), CAMERA, texture_bank(False))
+    renderer = Rasteriser(world_faces(world), CAMERA, texture_bank(False))
     T = lift(world.start) @ MOUNT
     first, second = renderer.render(T), renderer.render(T)
     assert np.array_equal(first, second) and not np.may_share_memory(first, second)

@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from grouser.envs.sensors.helper_thread import HelperThread
+from grouser.envs.simulation.renderers.helper_thread import HelperThread
 
 
 def test_the_thread_is_made_at_first_use_and_ends_at_close() -> None:

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from grouser.envs.simulation.mesh import Faces, world_faces
-from grouser.envs.simulation.renderer import SKY_COLOUR, Pinhole, Renderer
-from grouser.envs.simulation.textures import TextureBank
+from grouser.envs.simulation.renderers.mesh import Faces, world_faces
+from grouser.envs.simulation.renderers.pinhole import Pinhole
+from grouser.envs.simulation.renderers.rasteriser import SKY_COLOUR, Rasteriser
+from grouser.envs.simulation.renderers.textures import TextureBank
 from grouser.envs.simulation.worlds.registry import make_world
 from grouser.geometry import Array, lift
 from grouser.rig import camera_mount
@@ -54,7 +55,7 @@ def floor(tiles: float) -> Faces:
 
 
 def picture(faces: Faces, textures: TextureBank, height: float, **options: int) -> Array:
-    image = Renderer(faces, CAMERA, textures, **options).render(lift([0, 0, 0]) @ mount(height))
+    image = Rasteriser(faces, CAMERA, textures, **options).render(lift([0, 0, 0]) @ mount(height))
     return image[..., 0].astype(np.float64)
 
 

@@ -1,0 +1,33 @@
+"""The default renderer: our own rasteriser, the same bits everywhere, on two threads."""
+
+from collections.abc import Sequence
+
+from grouser.envs.simulation.renderers.base import Image, Renderer
+from grouser.envs.simulation.renderers.helper_thread import HelperThread
+from grouser.envs.simulation.renderers.mesh import world_faces
+from grouser.envs.simulation.renderers.pinhole import Pinhole
+from grouser.envs.simulation.renderers.rasteriser import Rasteriser
+from grouser.envs.simulation.renderers.textures import texture_bank
+from grouser.envs.simulation.world import World
+from grouser.geometry import Array
+
+
+class RasterRenderer(Renderer):
+    """Draws every second picture in a second thread."""
+
+    def __init__(self, world: World, camera: Pinhole, *, color: bool) -> None:
+        faces, bank = world_faces(world), texture_bank(color)
+        self._own, self._other = (Rasteriser(faces, camera, bank) for _ in range(2))
+        self._helper = HelperThread()
+
+    def images(self, poses: Sequence[Array]) -> list[Image]:
+        pending = self._helper.submit(lambda: _draw(self._other, poses[1::2]))
+        drawn = _draw(self._own, poses[::2]), pending.result()
+        return [drawn[i % 2][i // 2] for i in range(len(poses))]
+
+    def close(self) -> None:
+        self._helper.close()
+
+
+def _draw(rasteriser: Rasteriser, poses: Sequence[Array]) -> list[Image]:
+    return [rasteriser.render(T) for T in poses]

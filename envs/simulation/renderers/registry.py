@@ -1,0 +1,26 @@
+"""Renderers by name."""
+
+from grouser.envs.simulation.renderers.base import Renderer
+from grouser.envs.simulation.renderers.pinhole import Pinhole
+from grouser.envs.simulation.renderers.raster import RasterRenderer
+from grouser.envs.simulation.world import World
+
+RENDERERS = ("raster",)
+"""Names that `make_renderer` accepts."""
+
+
+def make_renderer(name: str, world: World, camera: Pinhole, *, color: bool) -> Renderer:
+    """A renderer of a world.
+
+    Args:
+        name: of RENDERERS.
+        world: what there is to see.
+        camera: its intrinsics.
+        color: RGB images instead of grey ones.
+
+    Raises:
+        ValueError: no renderer has that name; the message lists those there are.
+    """
+    if name not in RENDERERS:
+        raise ValueError(f"no renderer is named {name!r}; known: {', '.join(RENDERERS)}")
+    return RasterRenderer(world, camera, color=color)
