@@ -1,29 +1,105 @@
-"""Worlds by name: seeded generators."""
+"""Worlds by name: seeded generators, and what is guaranteed of every world."""
 
 import difflib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
+from typing import NamedTuple
 
 import numpy as np
 
 from grouser.envs.simulation.world import World
+from grouser.envs.simulation.worlds.goals import FEWEST_GOALS, with_goals
+from grouser.envs.simulation.worlds.placement import NoPlace
+from grouser.envs.simulation.worlds.randomization import (
+    RANDOMIZABLE,
+    clutter_factor,
+    randomization_strengths,
+    randomized,
+)
+from grouser.envs.simulation.worlds.terrain import covered, require_terrain
 from grouser.envs.simulation.worlds.yard import yard
 
-_GENERATORS: dict[str, Callable[[np.random.Generator], World]] = {"yard": yard}
+Generator = Callable[[np.random.Generator, float, float], World]
+"""Makes a world, without goals yet, of a generator of numbers, a difficulty in [0, 1] and a factor
+on the number of obstacles; NoPlace if by chance it cannot."""
+
+
+class _Kind(NamedTuple):
+    generate: Generator
+    description: str
+
+
+_KINDS: dict[str, _Kind] = {
+    "yard": _Kind(yard, "a walled gravel yard, strewn with boxes around a clear place"),
+}
+_ATTEMPTS = 20
 
 
 def world_names() -> list[str]:
     """Names that `make_world` accepts."""
-    return sorted(_GENERATORS)
+    return sorted(_KINDS)
 
 
-def make_world(name: str, rng: np.random.Generator) -> World:
-    """A new world of the named kind.
+def world_descriptions() -> dict[str, str]:
+    """One line about every kind of world, by name."""
+    return {name: kind.description for name, kind in _KINDS.items()}
+
+
+def make_world(
+    name: str,
+    rng: np.random.Generator,
+    *,
+    difficulty: float = 0.5,
+    terrain: str | None = None,
+    randomize: str | Iterable[str] | Mapping[str, float] = (),
+) -> World:
+    """A new world of the named kind, with at least five goals that the robot can drive to.
+
+    Args:
+        rng: the same state gives the same world.
+        difficulty: from 0 to 1; each kind says what it does.
+        terrain: a material that the ground shall be of everywhere, or "mixed": patches of all
+            materials; None leaves it to the kind.
+        randomize: which of RANDOMIZABLE to vary, or how much of each: a mapping to [0, 1]. One
+            more or less changes nothing else of the world, but for the number of obstacles.
 
     Raises:
-        ValueError: no kind of world has that name; the message lists those there are.
+        ValueError: an unknown name, terrain or kind of randomisation (the message lists those
+            there are), or a number outside [0, 1].
+        RuntimeError: the generator failed many times over.
     """
-    if name not in _GENERATORS:
-        near = difflib.get_close_matches(str(name), _GENERATORS, n=1)
+    _require_known(name)
+    _require_difficulty(difficulty)
+    require_terrain(terrain)
+    strengths = randomization_strengths(randomize)
+    terrain_rng, *others = rng.spawn(1 + len(RANDOMIZABLE))
+    rngs = dict(zip(RANDOMIZABLE, others, strict=True))
+    clutter = clutter_factor(rngs["clutter"], strengths["clutter"])
+    world = _valid_world(name, rng, difficulty, clutter)
+    return randomized(covered(world, terrain, terrain_rng), strengths, rngs)
+
+
+def _valid_world(name: str, rng: np.random.Generator, difficulty: float, clutter: float) -> World:
+    """A world with goals; chance is given several tries to make one."""
+    for _ in range(_ATTEMPTS):
+        try:
+            world = with_goals(_KINDS[name].generate(rng, difficulty, clutter), rng)
+        except NoPlace:
+            continue
+        if world is not None:
+            return world
+    raise RuntimeError(
+        f"{_ATTEMPTS} tries made no {name!r} of difficulty {difficulty} with {FEWEST_GOALS} goals "
+        "in reach of its start; lower the difficulty, or do not randomise clutter"
+    )
+
+
+def _require_known(name: str) -> None:
+    if name not in _KINDS:
+        near = difflib.get_close_matches(str(name), _KINDS, n=1)
         hint = f"did you mean {near[0]!r}? " if near else ""
         raise ValueError(f"no world is named {name!r}; {hint}known: {', '.join(world_names())}")
-    return _GENERATORS[name](rng)
+
+
+def _require_difficulty(difficulty: float) -> None:
+    if not 0 <= difficulty <= 1:
+        raise ValueError(f"difficulty must be in [0, 1], from easy to hard, got {difficulty!r}")

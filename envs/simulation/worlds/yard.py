@@ -6,28 +6,33 @@ from numpy.typing import ArrayLike
 from grouser.envs.simulation.ground import Ground
 from grouser.envs.simulation.materials import TEXTURES
 from grouser.envs.simulation.world import Boxes, World, join
+from grouser.envs.simulation.worlds.placement import NoPlace
+from grouser.envs.simulation.worlds.reachability import ROBOT_RADIUS
 from grouser.geometry import Array
 
 _BRICK, _CONCRETE = TEXTURES.index("brick"), TEXTURES.index("concrete")
 _HALF_SIZE = 9.0  # m, from the centre to the inner face of a wall
-_N_OBSTACLES = 40
-_CLEAR_RADIUS = 3.5
-_ROBOT_RADIUS = 0.4  # of the circle around the robot seen from above, rounded up
+_TRIES = 200
 _SMALLEST, _LARGEST = (0.12, 0.12, 0.10), (0.50, 0.50, 0.90)
 
 
-def yard(rng: np.random.Generator) -> World:
-    """A walled gravel yard, 18 x 18 m, with 40 boxes strewn around a clear place in its middle."""
+def yard(rng: np.random.Generator, difficulty: float, clutter: float) -> World:
+    """A walled gravel yard, 18 x 18 m, with boxes strewn around a clear place in its middle.
+
+    Difficulty: from 20 to 60 boxes, and a clear place of 5 down to 2 m.
+    """
     start = np.append(rng.uniform(-1.5, 1.5, 2), rng.uniform(-np.pi, np.pi))
     walls = _walls(_HALF_SIZE, thickness=0.3, height=2.5)
-    obstacles = _strewn_boxes(rng, start[:2], _CLEAR_RADIUS + _ROBOT_RADIUS)
+    clear_radius = 5.0 - 3.0 * difficulty
+    n = round(clutter * (20 + 40 * difficulty))
+    obstacles = _strewn_boxes(rng, n, start[:2], clear_radius + ROBOT_RADIUS)
     return World(
         name="yard",
         solids=join(obstacles, walls),
         n_walls=len(walls),
         ground=Ground.flat(_HALF_SIZE + 0.3, "gravel"),
         start=start,
-        clear_radius=_CLEAR_RADIUS,
+        clear_radius=clear_radius,
     )
 
 
@@ -44,11 +49,11 @@ def _walls(half_size: float, *, thickness: float, height: float) -> Boxes:
     )
 
 
-def _strewn_boxes(rng: np.random.Generator, start: ArrayLike, clearance: float) -> Boxes:
+def _strewn_boxes(rng: np.random.Generator, n: int, start: ArrayLike, clearance: float) -> Boxes:
     """Boxes that touch neither each other nor the place around the start."""
     positions: list[Array] = [np.asarray(start, dtype=np.float64)]
     radii: list[float] = [clearance]
-    half_extents = rng.uniform(_SMALLEST, _LARGEST, (_N_OBSTACLES, 3))
+    half_extents = rng.uniform(_SMALLEST, _LARGEST, (n, 3))
     for half in half_extents:
         radius = float(np.hypot(half[0], half[1]))
         positions.append(_free_position(rng, radius, np.array(positions), np.array(radii)))
@@ -56,19 +61,20 @@ def _strewn_boxes(rng: np.random.Generator, start: ArrayLike, clearance: float) 
     return Boxes(
         centre=np.column_stack([np.array(positions[1:]), half_extents[:, 2]]),
         half_extents=half_extents,
-        yaw=rng.uniform(-np.pi, np.pi, _N_OBSTACLES),
-        texture=rng.integers(_BRICK, _CONCRETE + 1, _N_OBSTACLES),
+        yaw=rng.uniform(-np.pi, np.pi, n),
+        texture=rng.integers(_BRICK, _CONCRETE + 1, n),
     )
 
 
 def _free_position(
     rng: np.random.Generator, radius: float, taken: Array, taken_radii: Array
 ) -> Array:
-    """A place for a circle that overlaps no taken one (at most a third of the yard is taken)."""
+    """A place for a circle that overlaps no taken one."""
     reach = _HALF_SIZE - radius
-    while True:
+    for _ in range(_TRIES):
         candidates = rng.uniform(-reach, reach, (16, 2))
         distance = np.linalg.norm(candidates[:, None] - taken, axis=-1)
         free = np.flatnonzero(np.all(distance > taken_radii + radius, axis=1))
         if free.size:
             return np.asarray(candidates[free[0]])
+    raise NoPlace
