@@ -1,6 +1,9 @@
 """The ground under boxes: what they must reach down to, what stands on them or they on."""
 
+from dataclasses import fields
+
 import numpy as np
+from numpy.typing import NDArray
 
 from grouser.envs.simulation.ground import Ground
 from grouser.envs.simulation.world import Boxes
@@ -31,3 +34,8 @@ def lowest_under(boxes: Boxes, ground: Ground, steepest: float) -> Array:
     (rise over run)."""
     between = boxes.footprint_radius / (_SAMPLES - 1)  # from any point to the nearest sample
     return np.asarray(heights_under(boxes, ground).min(axis=1) - steepest * between)
+
+
+def select(boxes: Boxes, chosen: NDArray[np.bool_]) -> Boxes:
+    """Those boxes that are chosen (n,)."""
+    return Boxes(*(getattr(boxes, f.name)[chosen] for f in fields(Boxes)))

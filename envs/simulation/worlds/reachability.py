@@ -15,7 +15,7 @@ from scipy import ndimage
 
 from grouser.envs.simulation.ground import Ground
 from grouser.envs.simulation.world import Boxes, World
-from grouser.envs.simulation.worlds.footprint import heights_under
+from grouser.envs.simulation.worlds.footprint import heights_under, select
 from grouser.envs.simulation.worlds.relief import cell_slopes
 from grouser.geometry import Array
 from grouser.kernels import kernel
@@ -85,13 +85,13 @@ def reachable(space: FreeSpace, start: ArrayLike) -> FreeSpace:
 def _standing(solids: Boxes, ground: Ground) -> Boxes:
     """Those solids that the robot does not pass below."""
     bottom = solids.centre[:, 2] - solids.half_extents[:, 2]
-    return _select(solids, bottom < heights_under(solids, ground).max(axis=1) + HEADROOM)
+    return select(solids, bottom < heights_under(solids, ground).max(axis=1) + HEADROOM)
 
 
 def _too_high(slabs: Boxes, ground: Ground) -> Boxes:
     """Those slabs that stand higher above the ground around them than tracks climb."""
     rise = slabs.centre[:, 2] + slabs.half_extents[:, 2] - heights_under(slabs, ground).min(axis=1)
-    return _select(slabs, rise > HIGHEST_STEP + _TOLERANCE)
+    return select(slabs, rise > HIGHEST_STEP + _TOLERANCE)
 
 
 def _steep_cells(ground: Ground) -> Boxes:
@@ -106,12 +106,6 @@ def _points(xy: Array, *, half: float = 0.0) -> Boxes:
     zero = np.zeros(n)
     extents = np.column_stack([np.full((n, 2), half), zero])
     return Boxes(np.column_stack([xy, zero]), extents, zero, np.zeros(n, dtype=np.int64))
-
-
-def _select(boxes: Boxes, chosen: NDArray[np.bool_]) -> Boxes:
-    return Boxes(
-        boxes.centre[chosen], boxes.half_extents[chosen], boxes.yaw[chosen], boxes.texture[chosen]
-    )
 
 
 def _block(

@@ -7,7 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from grouser.envs.simulation.world import World
+from grouser.envs.simulation.worlds.forest import forest
 from grouser.envs.simulation.worlds.goals import FEWEST_GOALS, with_goals
+from grouser.envs.simulation.worlds.orchard import orchard
 from grouser.envs.simulation.worlds.placement import NoPlace
 from grouser.envs.simulation.worlds.randomization import (
     RANDOMIZABLE,
@@ -15,6 +17,7 @@ from grouser.envs.simulation.worlds.randomization import (
     randomization_strengths,
     randomized,
 )
+from grouser.envs.simulation.worlds.rubble import rubble
 from grouser.envs.simulation.worlds.terrain import covered, require_terrain
 from grouser.envs.simulation.worlds.yard import yard
 
@@ -30,6 +33,9 @@ class _Kind(NamedTuple):
 
 _KINDS: dict[str, _Kind] = {
     "yard": _Kind(yard, "a walled gravel yard, strewn with boxes around a clear place"),
+    "orchard": _Kind(orchard, "rows of trees on gently uneven grass, puddles of mud, an evening"),
+    "forest": _Kind(forest, "random trees on hills, with logs, roots and rocks, in failing light"),
+    "rubble": _Kind(rubble, "rough ground under slabs of all heights, broken blocks and ruins"),
 }
 _ATTEMPTS = 20
 

@@ -74,10 +74,9 @@ def with_hills(
 def cell_slopes(heights: Array, cell: float) -> Array:
     """(rows, columns) slope (rise over run) of the steeper triangle of every cell, as `Ground`
     splits it."""
-    along_x, along_y = np.diff(heights, axis=1) / cell, np.diff(heights, axis=0) / cell
-    lower = np.hypot(along_x[:-1], along_y[:, 1:])
-    upper = np.hypot(along_x[1:], along_y[:, :-1])
-    return np.asarray(np.maximum(lower, upper))
+    along_x, along_y = (np.diff(heights, axis=axis) ** 2 for axis in (1, 0))
+    steeper = np.maximum(along_x[:-1] + along_y[:, 1:], along_x[1:] + along_y[:, :-1])
+    return np.asarray(np.sqrt(steeper) / cell)
 
 
 def node_positions(ground: Ground) -> Array:

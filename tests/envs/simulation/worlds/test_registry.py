@@ -1,6 +1,7 @@
 """Worlds by name: the same seed gives the same bits, options vary what they say and no more."""
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,8 @@ import pytest
 
 from grouser.envs.simulation.materials import MATERIALS, material_index
 from grouser.envs.simulation.world import World
+from grouser.envs.simulation.worlds import registry
+from grouser.envs.simulation.worlds.placement import NoPlace
 from grouser.envs.simulation.worlds.randomization import RANDOMIZABLE, randomization_strengths
 from grouser.envs.simulation.worlds.registry import make_world, world_descriptions, world_names
 from tests.envs.simulation.worlds.digest import digest
@@ -121,3 +124,30 @@ def test_light_stays_within_what_a_camera_can_show() -> None:
         assert 0 < light.ambient <= 1 - light.direct < 1
         assert 0 <= min(light.horizon.min(), light.zenith.min())
         assert max(light.horizon.max(), light.zenith.max()) <= 255
+
+
+def test_a_world_without_reachable_goals_is_made_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From the same generator of numbers, and not for ever."""
+    own = registry._KINDS["yard"]
+    tries: list[World] = []
+
+    def unlucky(rng: np.random.Generator, difficulty: float, clutter: float) -> World:
+        if len(tries) == 1:
+            tries.append(made())
+            raise NoPlace
+        world = own.generate(rng, difficulty, clutter)
+        tries.append(world)
+        return replace(world, start=np.array([9.1, 0.0, 0.0])) if len(tries) < 4 else world
+
+    monkeypatch.setitem(registry._KINDS, "yard", own._replace(generate=unlucky))
+    world = made("yard", 5)
+    assert len(tries) == 4 and len(world.goals) >= 5
+    assert np.array_equal(world.solids.centre, tries[3].solids.centre)
+    assert not np.array_equal(tries[2].solids.centre, tries[3].solids.centre)
+
+    def hopeless(rng: np.random.Generator, difficulty: float, clutter: float) -> World:
+        raise NoPlace
+
+    monkeypatch.setitem(registry._KINDS, "yard", own._replace(generate=hopeless))
+    with pytest.raises(RuntimeError, match="20 tries made no 'yard' of difficulty 0.5 with 5 goal"):
+        made("yard")
