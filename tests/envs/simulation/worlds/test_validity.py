@@ -74,7 +74,7 @@ def solids_stand_in_the_ground_or_hang_above_the_robot(world: World) -> None:
     solids = world.solids
     bottom, top = (solids.centre[:, 2] + sign * solids.half_extents[:, 2] for sign in (-1, 1))
     side = np.linspace(-1, 1, 10)
-    grid = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
+    grid = np.column_stack([np.repeat(side, 10), np.tile(side, 10)])
     own = grid * solids.half_extents[:, None, :2]
     c, s = np.cos(solids.yaw)[:, None], np.sin(solids.yaw)[:, None]
     xy = np.stack([c * own[..., 0] - s * own[..., 1], s * own[..., 0] + c * own[..., 1]], axis=-1)
@@ -91,9 +91,9 @@ def solids_stand_in_the_ground_or_hang_above_the_robot(world: World) -> None:
 
 def tracks_climb_every_slab_and_slope(world: World) -> None:
     ground, slabs = world.ground, world.slabs
-    middles = np.mgrid[0 : ground.material.shape[0], 0 : ground.material.shape[1]]
+    row, column = np.nonzero(ground.material >= 0)
     for a, b in ((0.75, 0.25), (0.25, 0.75)):  # in the lower and upper triangle of every cell
-        xy = ground.origin + ground.cell * (np.stack(middles[::-1], axis=-1) + [a, b])
+        xy = ground.origin + ground.cell * (np.column_stack([column, row]) + [a, b])
         assert ground.normal(xy)[..., 2].min() > math.cos(math.radians(20.1))
     for sign_x, sign_y in ((1, 1), (1, -1), (-1, 1), (-1, -1)) if len(slabs) else ():
         c, s = np.cos(slabs.yaw), np.sin(slabs.yaw)
