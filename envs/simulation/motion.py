@@ -1,12 +1,16 @@
 """What the robot truly did between two observations: the ideal input of every sensor, the truth."""
 
+import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grouser.envs.simulation.dynamics import PHYSICS_DT
+from grouser.envs.simulation.track_law import rotation_of
 from grouser.envs.simulation.tracks import GRAVITY
-from grouser.geometry import Array, transform
+from grouser.geometry import Array
+from grouser.kernels import kernel_using
 
 STANDING_SPEED = 1e-3
 """Below this a track and the ground under it count as at rest, m/s."""
@@ -34,43 +38,97 @@ class Motion:
     """Points at which the robot touches an obstacle or a wall at the end of the step."""
     collision: bool
     """Whether it touched one at any time in the step."""
+    path: Array
+    """(n + 1, 7) position [m] and quaternion x y z w of the robot's origin in the world, before the
+    step and after each of its substeps of PHYSICS_DT."""
+
+    def pose_at(self, age: float) -> Array:
+        """(4, 4) pose `age` seconds before the end of the step, but not before its beginning.
+
+        Between two substeps the position is interpolated linearly, the quaternion too (and made a
+        unit one again: a robot does not turn far in 1/240 s).
+        """
+        T = np.zeros((4, 4))
+        _pose_at(self.path, age / PHYSICS_DT, T)
+        return T
 
 
 def motion_from_history(
-    history: Array,
-    track_travel: Array,
-    *,
-    com_height: float,
-    dt: float,
-    contacts: int,
-    collision: bool,
+    history: Array, track_travel: Array, *, com_height: float, contacts: int, collision: bool
 ) -> Motion:
     """Summarise one step.
 
     Args:
         history: (n + 1, 13) states of the centre of mass before the step and after each of its n
-            substeps, laid out as `track_wrench` says.
+            substeps, laid out as `ground_wrench` says.
         track_travel: (2,) m.
         com_height: of the centre of mass above the robot's origin, m.
-        dt: length of a substep, s.
     """
-    R = rotation_from_quaternion(history[:, 3:7])
-    offset = -com_height * R[:, :, 2]  # from the centre of mass to the origin, world frame
-    velocity = history[:, 7:10] + np.cross(history[:, 10:13], offset)
-    acceleration = np.diff(velocity, axis=0) / dt + [0.0, 0.0, GRAVITY]
-    after = R[1:]
-    twist = np.einsum("kji,kj->i", after, velocity[1:]) / len(after)
-    rate = np.einsum("kji,kj->i", after, history[1:, 10:13]) / len(after)
+    n = len(history) - 1
+    T, means, path = np.zeros((4, 4)), np.zeros((3, 3)), np.empty((n + 1, 7))
+    _summarise(history, com_height, PHYSICS_DT, T, means, path)
     return Motion(
-        T_world_base=transform(R[-1], history[-1, :3] + offset[-1]),
-        twist=np.array([twist[0], twist[1], rate[2]]),
-        track_speed=track_travel / (len(after) * dt),
+        T_world_base=T,
+        twist=means[0],
+        track_speed=track_travel / (n * PHYSICS_DT),
         track_travel=track_travel,
-        specific_force=np.einsum("kji,kj->i", after, acceleration) / len(after),
-        angular_rate=rate,
+        specific_force=means[1],
+        angular_rate=means[2],
         contacts=contacts,
         collision=collision,
+        path=path,
     )
+
+
+@kernel_using(rotation_of)
+def _summarise(
+    history: Any, com_height: float, dt: float, T: Any, means: Any, path: Any
+) -> None:  # fmt: skip
+    """Write the last pose into T, into means (3, 3) the twist, specific force and angular rate in
+    the robot's frame, and the path of the robot's origin."""
+    n = history.shape[0] - 1
+    R, velocity, before = np.empty((3, 3)), np.empty(3), np.empty(3)
+    for k in range(n + 1):
+        state = history[k]
+        rotation_of(state, R)
+        ox, oy, oz = -com_height * R[0, 2], -com_height * R[1, 2], -com_height * R[2, 2]
+        velocity[0] = state[7] + state[11] * oz - state[12] * oy
+        velocity[1] = state[8] + state[12] * ox - state[10] * oz
+        velocity[2] = state[9] + state[10] * oy - state[11] * ox
+        path[k, 0], path[k, 1], path[k, 2] = state[0] + ox, state[1] + oy, state[2] + oz
+        path[k, 3:7] = state[3:7]
+        if k > 0:
+            for axis in range(3):
+                for c in range(3):
+                    force = (velocity[c] - before[c]) / dt + (GRAVITY if c == 2 else 0.0)
+                    means[0, axis] += R[c, axis] * velocity[c] / n
+                    means[1, axis] += R[c, axis] * force / n
+                    means[2, axis] += R[c, axis] * state[10 + c] / n
+        before[:] = velocity
+    means[0, 2] = means[2, 2]  # forward, left, yaw rate
+    T[:3, :3], T[:3, 3], T[3, 3] = R, path[n, :3], 1.0
+
+
+@kernel_using(rotation_of)
+def _pose_at(path: Any, substeps: float, T: Any) -> None:
+    """Write into T the pose that many substeps before the end of a path."""
+    n = path.shape[0] - 1
+    at = min(max(n - substeps, 0.0), float(n))
+    k = min(int(at), n - 1)
+    later = at - k
+    state = np.zeros(7)
+    same_way = 0.0
+    for c in range(3, 7):
+        same_way += path[k, c] * path[k + 1, c]
+    sign = 1.0 if same_way >= 0 else -1.0  # q and -q are the same rotation
+    for c in range(7):
+        state[c] = (1 - later) * path[k, c] + later * (sign if c > 2 else 1.0) * path[k + 1, c]
+    norm = math.sqrt(state[3] ** 2 + state[4] ** 2 + state[5] ** 2 + state[6] ** 2)
+    for c in range(3, 7):
+        state[c] /= norm
+    rotation = np.empty((3, 3))
+    rotation_of(state, rotation)
+    T[:3, :3], T[:3, 3], T[3, 3] = rotation, state[:3], 1.0
 
 
 def longitudinal_slip(motion: Motion, gauge: float) -> Array:
@@ -100,14 +158,3 @@ def instantaneous_centres(motion: Motion) -> Array:
     if abs(w) < STRAIGHT_RATE:
         return np.full(3, np.nan)
     return np.array([*(vx - motion.track_speed) / w, -vy / w])
-
-
-def rotation_from_quaternion(q: Array) -> NDArray[np.float64]:
-    """Rotations (..., 3, 3) of unit quaternions (..., 4) in the order x, y, z, w."""
-    x, y, z, w = np.moveaxis(q, -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

@@ -12,7 +12,10 @@ from grouser.geometry import transform
 from grouser.rig import Imu, Lidar, Rig, StereoCamera, TrackGeometry, camera_mount
 
 EFFECTIVE_WIDTH = 0.588
-"""Of the robot on the yard's gravel, m: `measure_effective_width`, rounded."""
+"""Of the robot on gravel, m: `measure_effective_width`, rounded."""
+
+_CALIBRATION = (-1.0, 0.4, 0.8)
+"""Speeds of the slower track over that of the faster one."""
 
 _BASELINE = 0.12
 _FIELD_OF_VIEW = math.radians(66)
@@ -62,25 +65,46 @@ def robot_rig(
     return Rig(dt=dt, tracks=tracks, stereo=stereo, lidar=lidar, imu=imu)
 
 
-def measure_effective_width(model: RobotModel, world: World, *, speed: float = 0.25) -> float:
-    """(u_R - u_L) / yaw rate over spot turns to either side in a world, m.
+def measure_effective_width(
+    model: RobotModel, world: World, *, speed: float = 0.5, dynamics: str = "fast"
+) -> float:
+    """Mean of (u_R - u_L) / yaw rate over spot turns, tight and wide curves to either side, m.
 
-    This is the calibration that a user does in the yard: turn on the spot, compare the tracks'
-    increments with the angle turned.
+    This is the calibration that a user does: drive the courses that the robot will drive, and
+    compare the tracks' increments with the angle turned. Motion resistance makes a spot turn wider
+    than a curve.
+
+    Args:
+        speed: of the faster track, m/s.
+        dynamics: as `TrackedRobot` has them.
+
+    Raises:
+        RuntimeError: the robot does not turn.
     """
-    robot = TrackedRobot(model, dt=0.1)
+    robot = TrackedRobot(model, dt=0.1, dynamics=dynamics)
     try:
-        widths = [_spot_turn_width(robot, world, sign * speed) for sign in (1, -1)]
+        widths = [
+            effective_width(robot, world, command)
+            for slower in _CALIBRATION
+            for command in ((slower * speed, speed), (speed, slower * speed))
+        ]
     finally:
         robot.close()
     return float(np.mean(widths))
 
 
-def _spot_turn_width(robot: TrackedRobot, world: World, speed: float) -> float:
+def effective_width(robot: TrackedRobot, world: World, command: tuple[float, float]) -> float:
+    """(u_R - u_L) / yaw rate in a steady turn from the start of a world, m.
+
+    Args:
+        command: speed of the left and right track, m/s.
+
+    Raises:
+        RuntimeError: the robot does not turn.
+    """
     robot.enter(world)
-    command = np.array([-speed, speed])
-    steps = [robot.step(command) for _ in range(40)][10:]  # the first second gets it going
+    steps = [robot.step(command) for _ in range(30)][10:]  # the first second gets it going
     rate = float(np.mean([motion.twist[2] for motion in steps]))
     if abs(rate) < STRAIGHT_RATE:
-        raise RuntimeError(f"the robot did not turn with its tracks at -/+{abs(speed)} m/s")
+        raise RuntimeError(f"the robot did not turn with its tracks at {command} m/s")
     return float(np.mean([np.diff(motion.track_speed)[0] for motion in steps])) / rate

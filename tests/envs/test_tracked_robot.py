@@ -413,7 +413,7 @@ def test_the_order_of_calls_is_checked(env: TrackedRobotEnv) -> None:
 def test_close_frees_everything_and_may_be_called_twice() -> None:
     env = TrackedRobotEnv(image_size=SMALL)
     rollout(env, seed=0, n=1)
-    client = env._robot._bullet.client
+    client = env._robot._dynamics.bullet.client
     assert pybullet.isConnected(client)
     assert any(thread.name.startswith("grouser") for thread in threading.enumerate())
     env.close()

@@ -1,6 +1,7 @@
 """Motions and generators for tests of single sensors."""
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from grouser.envs.sensors.base import Sensor
 from grouser.envs.simulation.motion import Motion
@@ -20,7 +21,14 @@ def at_rest(T_world_base: Array, track_travel: tuple[float, float] = (0.0, 0.0))
         angular_rate=np.zeros(3),
         contacts=0,
         collision=False,
+        path=np.tile(path_point(T_world_base), (25, 1)),
     )
+
+
+def path_point(T_world_base: Array) -> Array:
+    """(7,) position and quaternion of a pose."""
+    quaternion = Rotation.from_matrix(T_world_base[:3, :3]).as_quat()
+    return np.concatenate([T_world_base[:3, 3], quaternion])
 
 
 def generators(seed: int) -> dict[str, np.random.Generator]:

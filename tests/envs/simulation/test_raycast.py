@@ -4,8 +4,9 @@ import numpy as np
 import pybullet
 import pytest
 
+from grouser.envs.simulation.bullet_dynamics import BulletWorld
 from grouser.envs.simulation.raycast import RayCaster
-from grouser.envs.simulation.robot import BulletWorld, RobotModel
+from grouser.envs.simulation.robot import RobotModel
 from grouser.envs.simulation.world import Boxes
 from grouser.envs.simulation.worlds.registry import make_world
 from grouser.geometry import Array

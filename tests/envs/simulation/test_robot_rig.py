@@ -1,10 +1,18 @@
 """The rig says what the simulated robot measures."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from grouser.envs.simulation.robot import PHYSICS_DT, RobotModel, TrackedRobot
-from grouser.envs.simulation.robot_rig import EFFECTIVE_WIDTH, measure_effective_width, robot_rig
+from grouser.envs.simulation.ground import Ground
+from grouser.envs.simulation.robot import DYNAMICS, PHYSICS_DT, RobotModel, TrackedRobot
+from grouser.envs.simulation.robot_rig import (
+    EFFECTIVE_WIDTH,
+    effective_width,
+    measure_effective_width,
+    robot_rig,
+)
 from grouser.envs.simulation.worlds.registry import make_world
 from grouser.rig import Rig
 
@@ -22,22 +30,38 @@ def rig() -> Rig:
     )
 
 
-def test_the_effective_width_is_the_one_that_the_robot_shows() -> None:
+@pytest.mark.parametrize("dynamics", DYNAMICS)
+def test_the_effective_width_is_the_one_that_the_robot_shows(dynamics: str) -> None:
     world = make_world("yard", np.random.default_rng(0))
-    for speed in (0.1, 0.25, 0.5):
-        measured = measure_effective_width(RobotModel(), world, speed=speed)
+    for speed in (0.2, 0.5):
+        measured = measure_effective_width(RobotModel(), world, speed=speed, dynamics=dynamics)
         assert measured == pytest.approx(EFFECTIVE_WIDTH, rel=0.01)
 
 
-def test_the_effective_width_holds_in_curves_too() -> None:
+def test_the_effective_width_holds_in_curves_and_on_the_spot() -> None:
     """Within 4 %: the estimators' models of the tracks rely on it."""
-    robot = TrackedRobot(RobotModel(), dt=0.1)
-    for command in ((0.5, 0.4), (0.5, 0.2), (0.4, 0.0), (0.3, -0.1)):
-        robot.enter(make_world("yard", np.random.default_rng(0)))
-        motion = [robot.step(np.array(command)) for _ in range(25)][-1]
-        width = np.diff(motion.track_speed)[0] / motion.twist[2]
-        assert width == pytest.approx(EFFECTIVE_WIDTH, rel=0.04)
-    robot.close()
+    robot = TrackedRobot(RobotModel(), dt=0.1, dynamics="fast")
+    world = make_world("yard", np.random.default_rng(0))
+    for command in ((0.5, 0.4), (0.5, 0.2), (0.4, 0.0), (0.3, -0.1), (0.25, -0.25)):
+        assert effective_width(robot, world, command) == pytest.approx(EFFECTIVE_WIDTH, rel=0.04)
+
+
+def test_a_robot_that_does_not_turn_has_no_effective_width() -> None:
+    robot = TrackedRobot(RobotModel(), dt=0.1, dynamics="fast")
+    world = make_world("yard", np.random.default_rng(0))
+    with pytest.raises(RuntimeError, match=r"did not turn with its tracks at \(0.2, 0.2\) m/s"):
+        effective_width(robot, world, (0.2, 0.2))
+
+
+def test_the_effective_width_depends_on_the_ground() -> None:
+    """The softer, the more motion resistance a turn on the spot has to overcome."""
+    world = make_world("yard", np.random.default_rng(0))
+    robot = TrackedRobot(RobotModel(), dt=0.1, dynamics="fast")
+    asphalt, grass, mud = (
+        effective_width(robot, replace(world, ground=Ground.flat(9.3, name)), (-0.25, 0.25))
+        for name in ("asphalt", "grass", "mud")
+    )
+    assert 1.03 * asphalt < grass and 1.03 * grass < mud
 
 
 def test_the_stereo_pair_straddles_the_centre_line(rig: Rig) -> None:

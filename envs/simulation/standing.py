@@ -1,0 +1,53 @@
+"""How a robot is put down on uneven ground."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from grouser.envs.simulation.materials import Material
+from grouser.envs.simulation.robot_model import RobotModel
+from grouser.envs.simulation.surface import Surface, surface_under
+from grouser.envs.simulation.track_law import Law
+from grouser.envs.simulation.world import World
+from grouser.geometry import Array, rotate
+
+
+def standing_body(
+    world: World, model: RobotModel, law: Law, materials: Sequence[Material]
+) -> Array:
+    """(13,) state, at rest at the start of a world, on the plane that fits the surface under its
+    tracks best (least squares)."""
+    x, y, heading = world.start
+    patches = law.points[law.part < 2]
+    sole = patches[patches[:, 2] == patches[:, 2].min()]
+    points = world.start[:2] + rotate(heading, sole[:, :2])
+    heights = _heights(Surface.of(world, materials), points)
+    centred = points - [x, y]
+    (slope_x, slope_y, height), *_ = np.linalg.lstsq(
+        np.column_stack([centred, np.ones(len(points))]), heights, rcond=None
+    )
+    normal = np.array([-slope_x, -slope_y, 1.0]) / math.sqrt(1 + slope_x**2 + slope_y**2)
+    body = np.zeros(13)
+    body[:3] = [x, y, height] + model.com_height * normal
+    body[3:7] = _upright(normal, heading)
+    return body
+
+
+def _upright(normal: Array, heading: float) -> Array:
+    """(4,) quaternion x y z w: turned by the heading, then tilted the shortest way onto a normal."""
+    a, b, d = -normal[1], normal[0], 1 + normal[2]  # the tilt has no part about z
+    norm = math.sqrt(a * a + b * b + d * d)
+    a, b, d = a / norm, b / norm, d / norm
+    s, c = math.sin(heading / 2), math.cos(heading / 2)
+    return np.array([a * c + b * s, b * c - a * s, d * s, d * c])
+
+
+def _heights(surface: Surface, points: Array) -> Array:
+    """(n,) of the surface at points (n, 2), found from far below, m."""
+    deep = surface.heights.min() - 1.0
+    below = np.column_stack([points, np.full(len(points), deep)])
+    slabs = np.arange(len(surface.slabs))
+    found = np.empty((len(points), 9))
+    surface_under(np.zeros(13), np.eye(3), below, surface, slabs, len(slabs), np.inf, found)
+    return np.asarray(deep - found[:, 4] / found[:, 7])
