@@ -185,7 +185,7 @@ def _push_by_face(
     state: Any, R: Any, mass: float, rx: float, ry: float, rz: float, px: float, py: float,
     half: Any, further: float, wrench: Any,
 ) -> None:  # fmt: skip
-    """Push at a point that is inside the hull, at px and py from its middle, by the nearest side."""
+    """Push at a point that is in the hull, at px and py from its middle, by the nearest side."""
     axis = 0 if half[0] - abs(px) < half[1] - abs(py) else 1
     at = px if axis == 0 else py
     side = -1.0 if at > 0 else 1.0  # the hull goes the other way

@@ -35,7 +35,7 @@ def standing_body(
 
 
 def _upright(normal: Array, heading: float) -> Array:
-    """(4,) quaternion x y z w: turned by the heading, then tilted the shortest way onto a normal."""
+    """(4,) quaternion x y z w: turned by a heading, then tilted the shortest way to a normal."""
     a, b, d = -normal[1], normal[0], 1 + normal[2]  # the tilt has no part about z
     norm = math.sqrt(a * a + b * b + d * d)
     a, b, d = a / norm, b / norm, d / norm

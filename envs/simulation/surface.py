@@ -1,8 +1,8 @@
 """What tracks run on: the ground's triangles, or the flat top of a slab where that is higher.
 
 The edge of a slab is bevelled here, two to one. A track meets an edge with its curved front, which
-patches a few centimetres apart cannot show: over a sharp edge a patch would be lifted in no time and
-the robot thrown up by energy from nowhere. On the bevel it must push itself up.
+patches a few centimetres apart cannot show: over a sharp edge a patch would be lifted in no time,
+and the robot thrown up by energy from nowhere. On the bevel it must push itself up.
 """
 
 import math

@@ -19,6 +19,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.wrappers import TimeLimit
 
 import grouser  # noqa: F401 - registers the environments
+from grouser.envs.simulation.bullet_dynamics import BulletDynamics
 from grouser.envs.simulation.renderers.rasteriser import Rasteriser
 from grouser.envs.tracked_robot import SENSORS, TrackedRobotEnv
 from grouser.geometry import compose, project
@@ -413,7 +414,9 @@ def test_the_order_of_calls_is_checked(env: TrackedRobotEnv) -> None:
 def test_close_frees_everything_and_may_be_called_twice() -> None:
     env = TrackedRobotEnv(image_size=SMALL)
     rollout(env, seed=0, n=1)
-    client = env._robot._dynamics.bullet.client
+    dynamics = env._robot._dynamics
+    assert isinstance(dynamics, BulletDynamics)
+    client = dynamics.bullet.client
     assert pybullet.isConnected(client)
     assert any(thread.name.startswith("grouser") for thread in threading.enumerate())
     env.close()
