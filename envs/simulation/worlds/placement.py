@@ -1,6 +1,6 @@
 """Putting things into worlds: where they do not overlap, and how they stand on the ground."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,7 @@ class NoPlace(Exception):
 Allowed = Callable[[Array, Array], NDArray[np.bool_]]
 """Whether circles at (n, 2) with radii (n,) may be there."""
 
-_TRIES = 24  # places that are tried for each thing
+_TRIES = 48  # places that are tried for each thing
 
 
 def texture_index(name: str) -> int:
@@ -53,7 +53,7 @@ class Circles:
 def scatter(
     rng: np.random.Generator,
     radius: Array,
-    reach: Sequence[float],
+    reach: ArrayLike,
     taken: Circles,
     *,
     gap: float = 0.0,
@@ -161,7 +161,7 @@ def standing_cylinders(
 
 def enclosure(
     ground: Ground,
-    reach: Sequence[float],
+    reach: ArrayLike,
     *,
     height: float,
     thickness: float = 0.3,
@@ -169,11 +169,11 @@ def enclosure(
     texture: str,
 ) -> Boxes:
     """Walls around the rectangle of half sides `reach` [m], in segments that follow the ground."""
-    half_x, half_y = reach[0] + thickness / 2, reach[1] + thickness / 2
+    reach_x, reach_y = np.asarray(reach, dtype=np.float64)
     parts = []
     for half_length, across, yaw in (
-        (reach[0] + thickness, half_y, 0.0),
-        (reach[1], half_x, np.pi / 2),
+        (reach_x + thickness, reach_y + thickness / 2, 0.0),
+        (reach_y, reach_x + thickness / 2, np.pi / 2),
     ):
         n = int(np.ceil(2 * half_length / segment))
         along = half_length * ((2 * np.arange(n) + 1) / n - 1)

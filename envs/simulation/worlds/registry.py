@@ -7,9 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from grouser.envs.simulation.world import World
+from grouser.envs.simulation.worlds.corridor import corridor
 from grouser.envs.simulation.worlds.forest import forest
+from grouser.envs.simulation.worlds.garden import garden
 from grouser.envs.simulation.worlds.goals import FEWEST_GOALS, with_goals
 from grouser.envs.simulation.worlds.orchard import orchard
+from grouser.envs.simulation.worlds.parking_lot import parking_lot
 from grouser.envs.simulation.worlds.placement import NoPlace
 from grouser.envs.simulation.worlds.randomization import (
     RANDOMIZABLE,
@@ -17,6 +20,7 @@ from grouser.envs.simulation.worlds.randomization import (
     randomization_strengths,
     randomized,
 )
+from grouser.envs.simulation.worlds.room import room
 from grouser.envs.simulation.worlds.rubble import rubble
 from grouser.envs.simulation.worlds.terrain import covered, require_terrain
 from grouser.envs.simulation.worlds.yard import yard
@@ -33,6 +37,10 @@ class _Kind(NamedTuple):
 
 _KINDS: dict[str, _Kind] = {
     "yard": _Kind(yard, "a walled gravel yard, strewn with boxes around a clear place"),
+    "room": _Kind(room, "two furnished rooms joined by a door with a sill, in lamplight"),
+    "corridor": _Kind(corridor, "passages around blocks and rooms, always with a loop"),
+    "parking-lot": _Kind(parking_lot, "open asphalt with marked bays, far from cars and walls"),
+    "garden": _Kind(garden, "cement paths through grass, beds, hedges, trees, gentle slopes"),
     "orchard": _Kind(orchard, "rows of trees on gently uneven grass, puddles of mud, an evening"),
     "forest": _Kind(forest, "random trees on hills, with logs, roots and rocks, in failing light"),
     "rubble": _Kind(rubble, "rough ground under slabs of all heights, broken blocks and ruins"),

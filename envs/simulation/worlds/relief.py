@@ -21,7 +21,7 @@ CELL = 0.25
 _RAMP = 3.0  # m, over which hills rise from the level place
 
 
-def level_ground(reach: ArrayLike, material: str) -> Ground:
+def level_ground(reach: ArrayLike, material: str, *, friction_scale: float = 1.0) -> Ground:
     """A level rectangle around the world's origin, `reach` (2,) to its enclosure, in cells."""
     half = np.asarray(reach) + MARGIN
     columns, rows = np.rint(2 * half / CELL).astype(int)
@@ -30,6 +30,7 @@ def level_ground(reach: ArrayLike, material: str) -> Ground:
         material=np.full((rows, columns), material_index(material)),
         cell=CELL,
         origin=-half,
+        friction_scale=friction_scale,
     )
 
 
