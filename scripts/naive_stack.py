@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from grouser.envs.simulation.bullet import pybullet
 from grouser.envs.simulation.materials import TEXTURES
-from grouser.envs.simulation.renderers.mesh import world_faces
+from grouser.envs.simulation.renderers.boxes import FACES_A_BOX, box_faces
+from grouser.envs.simulation.renderers.level_ground import level_ground_faces
 from grouser.envs.simulation.renderers.textures import texture_bank
 from grouser.envs.simulation.robot import PHYSICS_DT, RobotModel
 from grouser.envs.simulation.tracks import GRAVITY
@@ -117,21 +118,22 @@ class NaiveStack:
 
     def _add_world(self, world: World) -> None:
         """The ground and every solid, each with the very faces that our own renderer shows."""
-        textures, faces = self._load_textures(), world_faces(world)
-        half = world.ground.cell / 2
+        textures, ground, half = self._load_textures(), world.ground, world.ground.cell / 2
+        floor = level_ground_faces(ground, world.light, beyond=0.0)
         self._add_box(
             Boxes(
                 np.array([[0, 0, -0.5]]),
                 np.array([[half, half, 0.5]]),
                 np.zeros(1),
-                world.ground.textures[world.ground.material[0]],
+                ground.textures[ground.material[0]],
             ),
             0,
-            (faces.corners[:1], faces.uv[:1]),
+            (floor.corners, floor.uv),
             textures,
         )
+        faces = box_faces(world.solids, world.light, first_object=0)
         for i in range(len(world.solids)):
-            part = slice(1 + 5 * i, 6 + 5 * i)
+            part = slice(FACES_A_BOX * i, FACES_A_BOX * (i + 1))
             self._add_box(world.solids, i, (faces.corners[part], faces.uv[part]), textures)
 
     def _add_box(
@@ -173,9 +175,8 @@ class NaiveStack:
         with tempfile.TemporaryDirectory() as folder:
             ids = []
             for i, name in enumerate(TEXTURES):
-                n, first = int(bank.sizes[i]), int(bank.offsets[i, 0])
                 path = Path(folder) / f"{name}.png"
-                cv2.imwrite(str(path), bank.texels[first : first + n * n].reshape(n, n))
+                cv2.imwrite(str(path), bank.level(i, 0))
                 ids.append(int(pybullet.loadTexture(str(path), physicsClientId=self._client)))
         return ids
 

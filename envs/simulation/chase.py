@@ -7,22 +7,20 @@ from numpy.typing import NDArray
 
 from grouser.envs.simulation.materials import TEXTURES
 from grouser.envs.simulation.raycast import RayCaster
-from grouser.envs.simulation.renderers.mesh import (
-    Faces,
-    join_faces,
-    oriented_box_faces,
-    world_faces,
-)
+from grouser.envs.simulation.renderers.boxes import oriented_box_faces
+from grouser.envs.simulation.renderers.faces import Faces
+from grouser.envs.simulation.renderers.mesh import world_mesh
 from grouser.envs.simulation.renderers.pinhole import Pinhole
 from grouser.envs.simulation.renderers.rasteriser import Rasteriser
 from grouser.envs.simulation.renderers.textures import texture_bank
 from grouser.envs.simulation.robot import RobotModel
-from grouser.envs.simulation.world import World
+from grouser.envs.simulation.world import Light, World
 from grouser.geometry import Array, lift, project
 from grouser.rig import camera_mount
 
 _MOUNT = camera_mount(-1.6, 0.0, 1.15, pitch=math.radians(24))
 _TOP = np.array([0.0, 0.0, 0.5])  # of the robot: the view keeps this in sight
+_ROBOT_OBJECT = -1  # none of the world's
 _MARGIN = 0.85  # of the way to what would stand in the view
 _FIELD_OF_VIEW = math.radians(70)
 
@@ -31,14 +29,15 @@ class ChaseView:
     """Draws a world with the robot in it, in colour, 4:3."""
 
     def __init__(self, world: World, model: RobotModel, *, width: int = 640) -> None:
-        self._faces, self._model = world_faces(world), model
+        self._mesh, self._model = world_mesh(world), model
         self._caster = RayCaster(world.solids)
         self._camera = Pinhole.with_field_of_view(width, width * 3 // 4, _FIELD_OF_VIEW)
 
     def frame(self, T_world_base: Array) -> NDArray[np.uint8]:
         """A new RGB image (height, width, 3) of the robot at a pose (4, 4)."""
-        faces = join_faces(self._faces, robot_faces(self._model, T_world_base))
-        return Rasteriser(faces, self._camera, texture_bank(color=True)).render(
+        robot = robot_faces(self._model, T_world_base, self._mesh.light)
+        mesh = self._mesh.with_faces(robot)
+        return Rasteriser(mesh, self._camera, texture_bank(color=True)).render(
             self._viewpoint(T_world_base)
         )
 
@@ -54,7 +53,7 @@ class ChaseView:
         return T_world_camera
 
 
-def robot_faces(model: RobotModel, T_world_base: Array) -> Faces:
+def robot_faces(model: RobotModel, T_world_base: Array, light: Light) -> Faces:
     """The robot at a pose (4, 4), made of boxes: hull, two tracks, camera mast and lidar."""
     parts = [*_tracks(model), *_hull_and_sensors(model)]
     centre, half_extents = (np.array([part[k] for part in parts]) for k in (0, 1))
@@ -64,7 +63,9 @@ def robot_faces(model: RobotModel, T_world_base: Array) -> Faces:
         half_extents,
         np.broadcast_to(R, (len(parts), 3, 3)),
         np.array([TEXTURES.index(part[2]) for part in parts]),
-        np.array([part[3] for part in parts]),
+        light,
+        objects=np.full(len(parts), _ROBOT_OBJECT),
+        paint=np.array([part[3] for part in parts]),
     )
 
 

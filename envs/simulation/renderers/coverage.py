@@ -23,29 +23,25 @@ SKY: Final = -1
 
 
 @kernel
-def cover(
-    polygons: Any, n_corners: Any, planes: Any, dx: float, dy: float, depth: Any, faces: Any
-) -> None:
+def cover(visible: Any, n: int, dx: float, dy: float, depth: Any, faces: Any) -> None:
     """Find the nearest face at every pixel's sub-sample.
 
     Args:
-        polygons, n_corners, planes: from `project_faces`.
+        visible: a `Visible` of n polygons.
         dx, dy: where in the pixel to sample, px from its centre.
         depth: out, (height, width) inverse depth, 1/m.
-        faces: out, (height, width) index of the face, or SKY.
+        faces: out, (height, width) index of the polygon, or SKY.
     """
     height, width = depth.shape
     depth[:, :] = np.float32(0)
     faces[:, :] = SKY
-    for i in range(n_corners.shape[0]):
-        if n_corners[i] == 0:
-            continue
-        polygon, n = polygons[i], n_corners[i]
-        first, last = _rows(polygon, n, dy, height)
+    for i in range(n):
+        polygon, count, plane = visible.polygons[i], visible.n_corners[i], visible.planes[i]
+        first, last = _rows(polygon, count, dy, height)
         for row in range(first, last):
-            begin, end = _span(polygon, n, row + dy, dx, width)
-            w0 = planes[i, 0] * dx + planes[i, 1] * (row + dy) + planes[i, 2]
-            _fill(depth[row], faces[row], begin, end, planes[i, 0], w0, i)
+            begin, end = _span(polygon, count, row + dy, dx, width)
+            w0 = plane[0] * dx + plane[1] * (row + dy) + plane[2]
+            _fill(depth[row], faces[row], begin, end, plane[0], w0, i)
 
 
 @kernel
@@ -69,6 +65,8 @@ def _span(polygon: Any, n: int, y: float, dx: float, width: int) -> Any:
         following = k + 1 if k + 1 < n else 0
         x2, y2 = polygon[following, 0], polygon[following, 1]
         if (y1 <= y) != (y2 <= y):
+            if y2 < y1:  # upwards, whichever way the face walks: no crack between neighbours
+                x1, y1, x2, y2 = x2, y2, x1, y1
             crossing = x1 + (y - y1) / (y2 - y1) * (x2 - x1)
             left, right = min(left, crossing), max(right, crossing)
     begin = math.ceil(min(max(left - dx, 0.0), float(width)))

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from grouser.envs.simulation.renderers.base import Image, Renderer
 from grouser.envs.simulation.renderers.helper_thread import HelperThread
-from grouser.envs.simulation.renderers.mesh import world_faces
+from grouser.envs.simulation.renderers.mesh import world_mesh
 from grouser.envs.simulation.renderers.pinhole import Pinhole
 from grouser.envs.simulation.renderers.rasteriser import Rasteriser
 from grouser.envs.simulation.renderers.textures import texture_bank
@@ -16,8 +16,8 @@ class RasterRenderer(Renderer):
     """Draws every second picture in a second thread."""
 
     def __init__(self, world: World, camera: Pinhole, *, color: bool) -> None:
-        faces, bank = world_faces(world), texture_bank(color)
-        self._own, self._other = (Rasteriser(faces, camera, bank) for _ in range(2))
+        mesh, bank = world_mesh(world), texture_bank(color)
+        self._own, self._other = (Rasteriser(mesh, camera, bank) for _ in range(2))
         self._helper = HelperThread()
 
     def images(self, poses: Sequence[Array]) -> list[Image]:

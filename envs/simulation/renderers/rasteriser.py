@@ -1,30 +1,30 @@
-"""The rasteriser: a picture of a set of faces from a pinhole camera.
+"""The rasteriser: pictures of a mesh from a pinhole camera.
 
-Project, cover, resolve: one kernel each. Only + - * / sqrt and floor on IEEE floats, so the
-pixels depend neither on the processor nor on the number of threads.
+Project, cover, resolve: a kernel each. Only whole numbers and + - * / sqrt and floor on IEEE
+floats, so the pixels depend neither on the processor nor on the number of threads.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from grouser.envs.simulation.renderers.base import NEAR
+from grouser.envs.simulation.renderers.base import NEAR, Image
 from grouser.envs.simulation.renderers.coverage import SUBSAMPLES, cover
-from grouser.envs.simulation.renderers.mesh import Faces
+from grouser.envs.simulation.renderers.fragments import room_for_row
+from grouser.envs.simulation.renderers.mesh import Mesh
 from grouser.envs.simulation.renderers.pinhole import Pinhole
-from grouser.envs.simulation.renderers.projection import MAX_CORNERS, N_PLANES, project_faces
-from grouser.envs.simulation.renderers.sampling import resolve
-from grouser.envs.simulation.renderers.textures import TextureBank
+from grouser.envs.simulation.renderers.projection import View, project_faces
+from grouser.envs.simulation.renderers.relief_projection import project_relief
+from grouser.envs.simulation.renderers.resolve import resolve
+from grouser.envs.simulation.renderers.sky import make_sky
+from grouser.envs.simulation.renderers.textures import METRES_PER_TEXEL, TextureBank
+from grouser.envs.simulation.renderers.visible import room_for
 from grouser.geometry import Array
-
-SKY_COLOUR = {1: (200.0,), 3: (176.0, 203.0, 230.0)}
-"""Grey levels, by number of channels."""
 
 
 class Rasteriser:
-    """Draws one set of faces from one camera; not for two threads at a time.
+    """Draws one mesh through one camera; not for two threads at a time.
 
     Args:
-        faces: what there is to see.
+        mesh: what there is to see.
         camera: its intrinsics.
         bank: the textures; its channels say whether images are grey or RGB.
         samples: sub-samples a pixel, 1 or 4.
@@ -33,46 +33,59 @@ class Rasteriser:
 
     def __init__(
         self,
-        faces: Faces,
+        mesh: Mesh,
         camera: Pinhole,
         bank: TextureBank,
         *,
         samples: int = 4,
         anisotropy: int = 2,
     ) -> None:
-        self._faces, self._camera, self._anisotropy = faces, camera, anisotropy
-        self._bank = bank
-        self._sky = np.array(SKY_COLOUR[bank.channels], dtype=np.float32)
-        self._intrinsics = np.array([camera.fx, camera.fy, camera.cx, camera.cy])
-        self._size = np.array([camera.width, camera.height])
+        faces = mesh.faces
+        self._mesh, self._camera, self._bank = mesh, camera, bank
+        self._anisotropy = np.float32(anisotropy)
+        self._labels = np.stack([faces.texture, faces.object, faces.surface], axis=-1)
+        self._chunks = mesh.chunks()
+        self._tiles = bank.sizes * METRES_PER_TEXEL
+        self._sky = make_sky(mesh.light, camera, channels=bank.channels)
         self._subsamples = SUBSAMPLES[samples]
-        shape = (camera.height, camera.width)
-        self._depth = np.empty(shape, dtype=np.float32)
-        self._seen = np.empty((samples, *shape), dtype=np.int32)
-        self._polygons = np.empty((len(faces), MAX_CORNERS, 2))
-        self._n_corners = np.empty(len(faces), dtype=np.int64)
-        self._planes = np.zeros((len(faces), N_PLANES))
+        self._depth = np.empty((camera.height, camera.width), dtype=np.float32)
+        self._seen = np.empty((samples, camera.height, camera.width), dtype=np.int32)
+        self._fragments = room_for_row(camera.width, samples, bank.channels)
+        self._visible = room_for(len(faces) + 2 * mesh.relief.texture.size)
+        self._n_visible = 0
 
-    def render(self, T_world_camera: Array) -> NDArray[np.uint8]:
+    def render(self, T_world_camera: Array) -> Image:
         """A new image (height, width, 1 or 3) from the camera's pose (4, 4)."""
-        image = np.empty((*self._seen.shape[1:], self._bank.channels), dtype=np.uint8)
-        self._project(np.ascontiguousarray(T_world_camera))
+        image = np.empty((*self._depth.shape, self._bank.channels), dtype=np.uint8)
+        self._project(T_world_camera)
         self._cover()
-        self._resolve(image)
+        self._resolve(T_world_camera, image)
         return image
 
     def _project(self, T_world_camera: Array) -> None:
-        project_faces(
-            self._faces.corners, self._faces.uv, T_world_camera, self._intrinsics, self._size, NEAR,
-            self._polygons, self._n_corners, self._planes,
-        )  # fmt: skip
+        view, faces, visible = self._view(T_world_camera), self._mesh.faces, self._visible
+        n = project_faces(
+            faces.corners, faces.uv, faces.shade, self._labels, self._chunks, view, visible, 0
+        )
+        self._n_visible = project_relief(self._mesh.relief, self._tiles, view, visible, n)
 
     def _cover(self) -> None:
         for (dx, dy), seen in zip(self._subsamples.tolist(), self._seen, strict=True):
-            cover(self._polygons, self._n_corners, self._planes, dx, dy, self._depth, seen)
+            cover(self._visible, self._n_visible, dx, dy, self._depth, seen)
 
-    def _resolve(self, image: NDArray[np.uint8]) -> None:
+    def _resolve(self, T_world_camera: Array, image: Image) -> None:
+        sky = self._sky.seen_from(self._camera, T_world_camera)
         resolve(
-            self._planes.astype(np.float32), self._faces.texture, self._faces.shade, self._seen,
-            self._subsamples, self._bank, self._anisotropy, self._sky, image,
+            self._visible, self._seen, self._subsamples, self._bank, self._anisotropy, sky,
+            self._fragments, image,
         )  # fmt: skip
+
+    def _view(self, T_world_camera: Array) -> View:
+        c = self._camera
+        return View(
+            T_world_camera=np.ascontiguousarray(T_world_camera),
+            intrinsics=np.array([c.fx, c.fy, c.cx, c.cy]),
+            size=np.array([c.width, c.height], dtype=np.float64),
+            near=NEAR,
+            samples_a_pixel=float(len(self._subsamples)),
+        )

@@ -4,6 +4,7 @@ Every world draws on the same bank, which is built once a process (about 0.3 s):
 what stands where, not by the grain of its gravel, and a reset costs no texture.
 """
 
+from collections.abc import Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -31,7 +32,7 @@ _TINTS = (
     (1, 0.85, 0.65),
     (0.6, 1, 0.45),
 )
-_LUMA = (0.299, 0.587, 0.114)
+LUMA = np.array([0.299, 0.587, 0.114])
 
 Image = NDArray[np.float64]
 
@@ -39,21 +40,29 @@ Image = NDArray[np.float64]
 class TextureBank(NamedTuple):
     """Every texture of TEXTURES at every scale, in one flat array, as kernels take it."""
 
-    texels: NDArray[np.uint8]
-    """Flat; a level of side n holds n * n * channels values in the order row, column, channel."""
-    offsets: NDArray[np.int64]
+    texels: NDArray[np.uint32]
+    """Flat; a level of side n holds n * n * channels values in the order row, column, channel.
+    Each holds, from its lowest byte on, a texel and those to its right, above it, and above that
+    to its right: all that bilinear sampling needs comes with one load."""
+    offsets: NDArray[np.int32]
     """(texture, level): where the level begins in `texels`; level k has side sizes >> k."""
-    sizes: NDArray[np.int64]
+    sizes: NDArray[np.int32]
     """(texture,) side of level 0, texels: a power of two."""
     channels: int
+
+    def level(self, texture: int, level: int) -> NDArray[np.uint8]:
+        """(side, side, channels) one level of a texture."""
+        side, start = int(self.sizes[texture]) >> level, int(self.offsets[texture, level])
+        packed = self.texels[start : start + side * side * self.channels]
+        return (packed & 255).astype(np.uint8).reshape(side, side, self.channels)
 
 
 @cache
 def texture_bank(color: bool) -> TextureBank:
     """The bank, grey or RGB, built at the first call."""
     tinted = [grey[..., None] * np.array(tint) for grey, tint in zip(_greys(), _TINTS, strict=True)]
-    images = tinted if color else [(rgb @ np.array(_LUMA))[..., None] for rgb in tinted]
-    return _bank([np.clip(image, 0, 255) for image in images])
+    images = tinted if color else [(rgb @ LUMA)[..., None] for rgb in tinted]
+    return make_bank([pyramid(np.clip(image, 0, 255)) for image in images])
 
 
 def texture_metres() -> NDArray[np.float64]:
@@ -80,24 +89,31 @@ def _greys() -> list[Image]:
     ]
 
 
-def _bank(images: list[Image]) -> TextureBank:
-    pyramids = [_pyramid(image) for image in images]
-    offsets = np.zeros((len(images), max(len(p) for p in pyramids)), dtype=np.int64)
+def make_bank(pyramids: Sequence[Sequence[Image]]) -> TextureBank:
+    """A bank of textures, each of all its levels (n, n, channels), (n / 2, n / 2, channels) ... of
+    values 0 to 255; n is a power of two."""
+    offsets = np.zeros((len(pyramids), max(len(p) for p in pyramids)), dtype=np.int32)
     start = 0
     for i, levels in enumerate(pyramids):
         for k, level in enumerate(levels):
             offsets[i, k] = start
             start += level.size
-    flat = np.concatenate([level.ravel() for levels in pyramids for level in levels])
     return TextureBank(
-        texels=np.round(flat).astype(np.uint8),
+        texels=np.concatenate([_packed(level).ravel() for levels in pyramids for level in levels]),
         offsets=offsets,
-        sizes=np.array([image.shape[0] for image in images], dtype=np.int64),
-        channels=images[0].shape[2],
+        sizes=np.array([levels[0].shape[0] for levels in pyramids], dtype=np.int32),
+        channels=pyramids[0][0].shape[2],
     )
 
 
-def _pyramid(image: Image) -> list[Image]:
+def _packed(level: Image) -> NDArray[np.uint32]:
+    """Every texel with its three neighbours, as TextureBank says."""
+    texel = np.round(level).astype(np.uint32)
+    pair = texel + np.roll(texel, -1, axis=1) * np.uint32(1 << 8)
+    return np.asarray(pair + np.roll(pair, -1, axis=0) * np.uint32(1 << 16), dtype=np.uint32)
+
+
+def pyramid(image: Image) -> list[Image]:
     """The image, halved by box filter down to one texel."""
     levels = [image]
     while levels[-1].shape[0] > 1:

@@ -35,7 +35,7 @@ def test_a_robot_with_its_back_to_a_wall_is_seen() -> None:
 
 def test_the_robot_is_as_large_as_its_model_says() -> None:
     model = RobotModel()
-    corners = robot_faces(model, lift([0.0, 0.0, 0.0])).corners.reshape(-1, 3)
+    corners = robot_faces(model, lift([0.0, 0.0, 0.0]), WORLD.light).corners.reshape(-1, 3)
     x, y, z = np.abs(corners).max(axis=0)
     assert x == pytest.approx(model.length / 2, abs=0.02)
     assert y == pytest.approx(model.hull_width / 2)

@@ -2,55 +2,43 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from grouser.envs.simulation.renderers.mesh import Faces, box_faces, join_faces, world_faces
+from grouser.envs.simulation.renderers.boxes import box_faces
+from grouser.envs.simulation.renderers.faces import Faces, join_faces
+from grouser.envs.simulation.renderers.mesh import Mesh, world_mesh
 from grouser.envs.simulation.renderers.pinhole import Pinhole
-from grouser.envs.simulation.renderers.rasteriser import SKY_COLOUR, Rasteriser
-from grouser.envs.simulation.renderers.textures import TextureBank, texture_bank
-from grouser.envs.simulation.world import Boxes
+from grouser.envs.simulation.renderers.rasteriser import Rasteriser
+from grouser.envs.simulation.renderers.textures import texture_bank
+from grouser.envs.simulation.world import Light
 from grouser.envs.simulation.worlds.registry import make_world
-from grouser.geometry import Array, inverse_transform, lift
+from grouser.geometry import Array, lift
 from grouser.rig import camera_mount
+from tests.envs.simulation.renderers.scenes import (
+    SKY,
+    bank_of,
+    mesh_of,
+    one_box,
+    pixels,
+    quadrilateral,
+)
 
 CAMERA = Pinhole.with_field_of_view(320, 240, np.radians(66))
 MOUNT = camera_mount(0.20, 0.06, 0.40, pitch=np.radians(10))
-
-
-def bank_of(image: NDArray[np.uint8]) -> TextureBank:
-    """A bank of one square texture and its box-filtered levels."""
-    levels = [image.astype(np.float64)]
-    while levels[-1].shape[0] > 1:
-        a = levels[-1]
-        levels.append((a[::2, ::2] + a[1::2, ::2] + a[::2, 1::2] + a[1::2, 1::2]) / 4)
-    starts = np.cumsum([0] + [a.size for a in levels[:-1]])
-    texels = np.concatenate([np.round(a).astype(np.uint8).ravel() for a in levels])
-    return TextureBank(texels, starts[None], np.array([image.shape[0]]), 1)
 
 
 BLACK = bank_of(np.zeros((4, 4), dtype=np.uint8))
 
 
 def project(points: Array, T_world_camera: Array) -> Array:
-    """Analytic pixels (n, 2) of points (n, 3) in the world."""
-    T = inverse_transform(T_world_camera)
-    p = points @ T[:3, :3].T + T[:3, 3]
-    return np.stack(
-        [CAMERA.fx * p[:, 0] / p[:, 2] + CAMERA.cx, CAMERA.fy * p[:, 1] / p[:, 2] + CAMERA.cy], -1
-    )
+    return pixels(points, T_world_camera, CAMERA)
 
 
-def square(corners: Array, *, shade: float = 1.0) -> Faces:
-    """One quadrilateral (4, 3), with the texture once over it."""
-    uv = np.array([[[0, 0], [1, 0], [1, 1], [0, 1]]], dtype=np.float64)
-    return Faces(
-        corners[None], uv, np.array([shade], dtype=np.float32), np.array([0], dtype=np.int64)
-    )
+def square(corners: Array) -> Mesh:
+    return mesh_of(quadrilateral(corners))
 
 
 def box(x: float, y: float, yaw: float, half: tuple[float, float, float]) -> Faces:
-    boxes = Boxes(np.array([[x, y, half[2]]]), np.array([half]), np.array([yaw]), np.array([0]))
-    return box_faces(boxes)
+    return box_faces(one_box(x, y, yaw, half), Light(), first_object=2)
 
 
 @pytest.mark.parametrize("heading", [0.0, 0.13, -0.2])
@@ -58,7 +46,7 @@ def test_edges_are_where_projection_puts_them(heading: float) -> None:
     """A black box before the sky: the cover of each row tells where its sides are."""
     T = lift([0, 0, heading]) @ MOUNT
     faces = box(3.0, 0.1, 0.3, (0.3, 0.4, 2.0))
-    image = Rasteriser(faces, CAMERA, BLACK).render(T)[..., 0]
+    image = Rasteriser(mesh_of(faces), CAMERA, BLACK).render(T)[..., 0]
     half = np.array([0.3, 0.4])
     signs = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])
     c, s = np.cos(0.3), np.sin(0.3)
@@ -67,7 +55,7 @@ def test_edges_are_where_projection_puts_them(heading: float) -> None:
     expected = np.array(
         [vertical_edges_at_row(feet, T, float(row)) for row in rows]
     )  # left and right silhouette
-    brightness = image[rows].astype(np.float64) / SKY_COLOUR[1][0]
+    brightness = image[rows].astype(np.float64) / SKY
     middle = int(expected.mean())
     left = brightness[:, :middle].sum(axis=1) - 0.5
     right = CAMERA.width - 0.5 - brightness[:, middle:].sum(axis=1)
@@ -98,7 +86,7 @@ def test_texture_is_where_projection_puts_it(pose: tuple[float, float, float]) -
     corners = np.array([[1.5, 0.6, 0.0], [1.5, -0.6, 0.0], [3.0, -0.6, 0.8], [3.0, 0.6, 0.8]])
     T = lift(pose) @ MOUNT
     image = Rasteriser(square(corners), CAMERA, bank).render(T)[..., 0].astype(np.float64)
-    image[image == SKY_COLOUR[1][0]] = 0
+    image[image == SKY] = 0
     u, v = at_u, at_v
     point = corners[0] + u * (corners[1] - corners[0]) + v * (corners[3] - corners[0])
     expected = project(point[None], T)[0]
@@ -121,11 +109,11 @@ def test_what_is_nearer_hides_what_is_behind() -> None:
     near, far = box(2.0, 0.0, 0.0, (0.2, 0.2, 0.3)), box(4.0, 0.0, 0.0, (0.2, 2.0, 1.0))
     white = bank_of(np.full((4, 4), 255, dtype=np.uint8))
     T = lift([0, 0, 0]) @ MOUNT
-    one = Rasteriser(join_faces(near, far), CAMERA, white, samples=1).render(T)
-    other = Rasteriser(join_faces(far, near), CAMERA, white, samples=1).render(T)
+    one = Rasteriser(mesh_of(join_faces(near, far)), CAMERA, white, samples=1).render(T)
+    other = Rasteriser(mesh_of(join_faces(far, near)), CAMERA, white, samples=1).render(T)
     assert np.array_equal(one, other)
-    only_near = Rasteriser(near, CAMERA, white, samples=1).render(T)
-    shown = only_near != SKY_COLOUR[1][0]
+    only_near = Rasteriser(mesh_of(near), CAMERA, white, samples=1).render(T)
+    shown = only_near != SKY
     assert shown.sum() > 500 and np.array_equal(one[shown], only_near[shown])
     assert np.any(one[~shown] != only_near[~shown])  # the far one shows beside it
 
@@ -134,15 +122,18 @@ def test_a_face_that_passes_the_camera_is_cut_and_not_mirrored() -> None:
     ground = np.array([[-50.0, -50, 0], [50, -50, 0], [50, 50, 0], [-50, 50, 0]])
     image = Rasteriser(square(ground), CAMERA, BLACK).render(lift([0, 0, 0.4]) @ MOUNT)[..., 0]
     horizon = CAMERA.cy - CAMERA.fy * np.tan(np.radians(10))
-    assert np.all(image[: int(horizon) - 1] == 200)
+    assert np.all(image[: int(horizon) - 1] == SKY)
     assert np.all(image[int(horizon) + 3 :] == 0)
 
 
 def test_sub_samples_soften_edges() -> None:
     faces, T = box(3.0, 0.1, 0.3, (0.3, 0.4, 2.0)), lift([0, 0, 0]) @ MOUNT
-    assert set(np.unique(Rasteriser(faces, CAMERA, BLACK, samples=1).render(T))) == {0, 200}
-    assert set(np.unique(Rasteriser(faces, CAMERA, BLACK, samples=4).render(T))) == {
-        0, 50, 100, 150, 200
+    assert set(np.unique(Rasteriser(mesh_of(faces), CAMERA, BLACK, samples=1).render(T))) == {
+        0,
+        SKY,
+    }
+    assert set(np.unique(Rasteriser(mesh_of(faces), CAMERA, BLACK, samples=4).render(T))) == {
+        0, 50, 99, 149, SKY
     }  # fmt: skip
 
 
@@ -159,8 +150,8 @@ def test_mip_maps_keep_far_texture_still() -> None:
 def test_grey_is_the_luma_of_the_colour_picture() -> None:
     world = make_world("yard", np.random.default_rng(1))
     T = lift(world.start) @ MOUNT
-    grey = Rasteriser(world_faces(world), CAMERA, texture_bank(False)).render(T)
-    rgb = Rasteriser(world_faces(world), CAMERA, texture_bank(True)).render(T)
+    grey = Rasteriser(world_mesh(world), CAMERA, texture_bank(False)).render(T)
+    rgb = Rasteriser(world_mesh(world), CAMERA, texture_bank(True)).render(T)
     assert (grey.shape, rgb.shape) == ((240, 320, 1), (240, 320, 3))
     ground = np.s_[150:, :]
     luma = rgb[ground] @ np.array([0.299, 0.587, 0.114])
@@ -169,7 +160,7 @@ def test_grey_is_the_luma_of_the_colour_picture() -> None:
 
 def test_a_picture_is_new_memory_and_the_same_bits() -> None:
     world = make_world("yard", np.random.default_rng(1))
-    renderer = Rasteriser(world_faces(world), CAMERA, texture_bank(False))
+    renderer = Rasteriser(world_mesh(world), CAMERA, texture_bank(False))
     T = lift(world.start) @ MOUNT
     first, second = renderer.render(T), renderer.render(T)
     assert np.array_equal(first, second) and not np.may_share_memory(first, second)

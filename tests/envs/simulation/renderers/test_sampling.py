@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from grouser.envs.simulation.renderers.mesh import Faces, world_faces
+from grouser.envs.simulation.renderers.faces import Faces
+from grouser.envs.simulation.renderers.mesh import world_mesh
 from grouser.envs.simulation.renderers.pinhole import Pinhole
-from grouser.envs.simulation.renderers.rasteriser import SKY_COLOUR, Rasteriser
-from grouser.envs.simulation.renderers.textures import TextureBank
+from grouser.envs.simulation.renderers.rasteriser import Rasteriser
+from grouser.envs.simulation.renderers.textures import TextureBank, make_bank
 from grouser.envs.simulation.worlds.registry import make_world
 from grouser.geometry import Array, lift
 from grouser.rig import camera_mount
+from tests.envs.simulation.renderers.scenes import SKY, mesh_of, quadrilateral
 
 CAMERA = Pinhole(160, 120, 100.0, 100.0, 79.5, 59.5)
 SIDE = 64  # texels
@@ -22,9 +24,7 @@ A_LEVEL = 50.0  # grey levels
 
 
 def bank(*levels: NDArray[np.float64]) -> TextureBank:
-    starts = np.cumsum([0] + [level.size for level in levels[:-1]])
-    texels = np.concatenate([np.round(level).astype(np.uint8).ravel() for level in levels])
-    return TextureBank(texels, starts[None], np.array([levels[0].shape[0]]), 1)
+    return make_bank([[level[..., None] for level in levels]])
 
 
 def sides() -> list[int]:
@@ -39,8 +39,7 @@ WHITE = bank(*(np.full((n, n), 255.0) for n in sides()))
 
 
 def face(corners: list[list[float]], tiles: float, shade: float = 1.0) -> Faces:
-    uv = tiles * np.array([[[0, 0], [1, 0], [1, 1], [0, 1]]], dtype=np.float64)
-    return Faces(np.array([corners]), uv, np.array([shade], np.float32), np.array([0]))
+    return quadrilateral(np.array(corners), tiles, shade)
 
 
 def wall(distance: float, tiles: float, shade: float = 1.0) -> Faces:
@@ -55,7 +54,9 @@ def floor(tiles: float) -> Faces:
 
 
 def picture(faces: Faces, textures: TextureBank, height: float, **options: int) -> Array:
-    image = Rasteriser(faces, CAMERA, textures, **options).render(lift([0, 0, 0]) @ mount(height))
+    image = Rasteriser(mesh_of(faces), CAMERA, textures, **options).render(
+        lift([0, 0, 0]) @ mount(height)
+    )
     return image[..., 0].astype(np.float64)
 
 
@@ -97,12 +98,12 @@ def test_the_samples_lie_evenly_about_the_pixel(anisotropy: int) -> None:
 def test_light_dims_a_face_and_its_edges() -> None:
     image = picture(wall(3.3, 1.0, shade=0.5), WHITE, 0.3)
     shares = np.arange(5) / 4
-    sky = SKY_COLOUR[1][0]
+    sky = SKY
     expected = {int(share * 127.5 + (1 - share) * sky + 0.5) for share in shares}
     assert {128, int(sky)} < set(np.unique(image).astype(int)) <= expected
 
 
 def test_faces_that_look_elsewhere_are_lit_otherwise() -> None:
-    shade = world_faces(make_world("yard", np.random.default_rng(0))).shade
+    shade = world_mesh(make_world("yard", np.random.default_rng(0))).faces.shade[:, 0]
     assert shade[0] == shade.max()  # the ground lies in the light
     assert 0.5 < shade.min() < 0.6 < 0.9 < shade.max() <= 1

@@ -12,8 +12,7 @@ TEXTURE_INDICES = range(len(TEXTURES))
 
 
 def level(bank: TextureBank, texture: int, k: int) -> NDArray[np.uint8]:
-    n, start = int(bank.sizes[texture]) >> k, int(bank.offsets[texture, k])
-    return bank.texels[start : start + n * n * bank.channels].reshape(n, n, bank.channels)
+    return bank.level(texture, k)
 
 
 @pytest.mark.parametrize("color", [False, True])

@@ -1,0 +1,216 @@
+"""What a row of pixels takes of textures: one fragment for every surface that a pixel shows.
+
+A pixel within one face, or across faces that continue one another, is one fragment however many
+sub-samples it has; one on an edge has a fragment for each surface on it, at the centroid of the
+sub-samples that see it. Runs of pixels within one face are written in a loop without branches,
+which the compiler turns into vector instructions.
+"""
+
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grouser.kernels import inlined, kernel
+
+F = np.float32
+_ZERO, _HALF, _ONE = F(0), F(0.5), F(1)
+_CLOSE: Final = F(1 / 16)  # relative difference of depths at which a surface continues
+
+
+class Fragments(NamedTuple):
+    """Room for the fragments of one row, each array (n,) unless it says otherwise."""
+
+    u: NDArray[np.float32]
+    """Texture coordinates in [0, 1)."""
+    v: NDArray[np.float32]
+    step_u: NDArray[np.float32]
+    """From one tap along the footprint's longer axis to the next, tiles."""
+    step_v: NDArray[np.float32]
+    taps: NDArray[np.float32]
+    """How many there are."""
+    width: NDArray[np.float32]
+    """Of what one tap stands for, texels, at least 1."""
+    gain: NDArray[np.float32]
+    """The pixel's share of it, times its shade."""
+    texture: NDArray[np.int32]
+    pixel: NDArray[np.int32]
+    """Column."""
+    value: NDArray[np.float32]
+    """(channels, n) grey levels, from `sample`."""
+    sky: NDArray[np.float32]
+    """(width,) the sky's share of every pixel."""
+
+
+def room_for_row(width: int, samples: int, channels: int) -> Fragments:
+    """Memory for the fragments of a row of pixels."""
+    n = width * samples
+    u, v, step_u, step_v, taps, footprint, gain = np.empty((7, n), dtype=np.float32)
+    texture, pixel = np.empty((2, n), dtype=np.int32)
+    return Fragments(
+        u, v, step_u, step_v, taps, footprint, gain, texture, pixel,
+        value=np.empty((channels, n), dtype=np.float32), sky=np.empty(width, dtype=np.float32),
+    )  # fmt: skip
+
+
+@kernel
+def collect(
+    visible: Any, faces: Any, subsamples: Any, sizes: Any, anisotropy: Any, y: int, out: Any
+) -> int:
+    """Fill a row's fragments; how many there are.
+
+    Args:
+        visible: a `Visible`.
+        faces: (S, height, width), from `cover`.
+        subsamples: (S, 2) float32 of SUBSAMPLES.
+        sizes: (texture,) sides, texels.
+        anisotropy: float32, most taps along a footprint's longer axis.
+        y: the row.
+        out: `Fragments`.
+    """
+    width = faces.shape[2]
+    begin, n = 0, 0
+    out.sky[:] = _ZERO
+    while begin < width:
+        i, end = faces[0, y, begin], _run_end(faces, y, begin)
+        if end == begin:
+            n = _add_edge(visible, faces, subsamples, sizes, anisotropy, y, begin, out, n)
+            end = begin + 1
+        elif i < 0:
+            out.sky[begin:end] = _ONE
+        else:
+            n = _add(visible, i, begin, end, _ZERO, F(y), _ONE, sizes, anisotropy, out, n)
+        begin = end
+    return n
+
+
+@kernel
+def _run_end(faces: Any, y: int, begin: int) -> int:
+    """One past the last of the pixels from `begin` on that show one face with all sub-samples."""
+    i, end, width = faces[0, y, begin], begin, faces.shape[2]
+    while end < width:
+        for s in range(faces.shape[0]):
+            if faces[s, y, end] != i:
+                return end
+        end += 1
+    return end
+
+
+@kernel
+def _add_edge(
+    visible: Any,
+    faces: Any,
+    subsamples: Any,
+    sizes: Any,
+    anisotropy: Any,
+    y: int,
+    x: int,
+    out: Any,
+    n: int,
+) -> int:
+    """Add the fragments of one pixel that shows several faces."""
+    n_samples = faces.shape[0]
+    for s in range(n_samples):
+        i = faces[s, y, x]
+        count, dx, dy = _share(visible, faces, subsamples, s, y, x)
+        share = F(count) / F(n_samples)
+        if count > 0 and i < 0:
+            out.sky[x] = share
+        elif count > 0:
+            n = _add(visible, i, x, x + 1, dx, F(y) + dy, share, sizes, anisotropy, out, n)
+    return n
+
+
+@kernel
+def _share(visible: Any, faces: Any, subsamples: Any, s: int, y: int, x: int) -> Any:
+    """Sub-samples that see what sub-sample s sees, and their centroid; 0 if told before."""
+    i = faces[s, y, x]
+    count, dx, dy = 0, _ZERO, _ZERO
+    for r in range(faces.shape[0]):
+        if _continues(visible, faces[r, y, x], i, F(x), F(y)):
+            if r < s:
+                return 0, _ZERO, _ZERO
+            count += 1
+            dx += subsamples[r, 0]
+            dy += subsamples[r, 1]
+    return count, dx / F(count), dy / F(count)
+
+
+@kernel
+def _continues(visible: Any, i: int, k: int, x: Any, y: Any) -> bool:
+    """Whether two faces are one, or of one surface and not one behind the other."""
+    if i == k:
+        return True
+    if i < 0 or k < 0 or visible.surface[i] != visible.surface[k]:
+        return False
+    p, q = visible.planes32[i], visible.planes32[k]
+    wi, wk = p[0] * x + p[1] * y + p[2], q[0] * x + q[1] * y + q[2]
+    return bool(abs(wi - wk) < _CLOSE * abs(wi))
+
+
+@kernel
+def _add(
+    visible: Any,
+    i: int,
+    begin: int,
+    end: int,
+    dx: Any,
+    y: Any,
+    share: Any,
+    sizes: Any,
+    anisotropy: Any,
+    out: Any,
+    n: int,
+) -> int:
+    """Add the pixels [begin, end) of a row, sampled at x + dx and y, where face i shows.
+
+    Every operation is one that vector units have, and conditions are selections, not branches.
+    """
+    p, shade, texture = visible.planes32[i], visible.shade[i], visible.texture[i]
+    p0, p1, p3, p4, p7, p8 = p[0], p[1], p[3], p[4], p[7], p[8]
+    w0, u0, v0 = p1 * y + p[2], p4 * y + p[5], p8 * y + p[9]
+    u_origin, v_origin, x0, size = p[6], p[10], F(begin) + dx, F(sizes[texture])
+    s0, su, sv = share * shade[0], share * shade[1], share * shade[2]
+    coarsest = size * _HALF
+    count = end - begin
+    # Views that begin at zero: an index that may be negative would keep the loop from vectors.
+    to_u, to_v = out.u[n : n + count], out.v[n : n + count]
+    to_step_u, to_step_v = out.step_u[n : n + count], out.step_v[n : n + count]
+    to_taps, to_width = out.taps[n : n + count], out.width[n : n + count]
+    to_gain, to_pixel = out.gain[n : n + count], out.pixel[n : n + count]
+    to_texture = out.texture[n : n + count]
+    for k in range(to_u.size):
+        x = x0 + F(np.int32(k))
+        z = _ONE / (p0 * x + w0)
+        du, dv = (p3 * x + u0) * z, (p7 * x + v0) * z
+        u, v = du + u_origin, dv + v_origin
+        texels = z * size  # derivatives in texels a pixel, exact
+        ux, uy = (p3 - du * p0) * texels, (p4 - du * p1) * texels
+        vx, vy = (p7 - dv * p0) * texels, (p8 - dv * p1) * texels
+        across, down = ux * ux + vx * vx, uy * uy + vy * vy
+        lying = across > down
+        longer = np.sqrt(across if lying else down)
+        shorter = np.sqrt(down if lying else across)
+        taps = F(np.int32(longer / (shorter if shorter > _ONE else _ONE) + _HALF))
+        taps = taps if taps > _ONE else _ONE
+        taps = taps if taps < anisotropy else anisotropy
+        width = longer / taps
+        width = width if width > _ONE else _ONE
+        # A step in tiles; the taps together reach over one tile at most.
+        step = _ONE / (taps * (longer if longer > size else size))
+        to_u[k], to_v[k] = _fraction(u), _fraction(v)
+        to_step_u[k] = (ux if lying else uy) * step
+        to_step_v[k] = (vx if lying else vy) * step
+        to_taps[k] = taps
+        to_width[k] = width if width < coarsest else coarsest
+        to_gain[k] = (s0 + su * u + sv * v) / taps
+        to_texture[k] = texture
+        to_pixel[k] = np.int32(begin + k)
+    return n + count
+
+
+@inlined
+def _fraction(x: Any) -> Any:
+    """x - floor(x) in operations that vector units have."""
+    whole = F(np.int32(x))
+    return x - (whole if whole <= x else whole - _ONE)
