@@ -26,6 +26,8 @@ from grouser.geometry import Array
 
 _MOVING, _STATIC = 1, 2
 """Bullet's collision groups: bodies without mass are in the second."""
+_MOST_SHAPES = 16
+"""Bullet's limit for one body."""
 
 
 class BulletWorld:
@@ -45,8 +47,7 @@ class BulletWorld:
             fixedTimeStep=PHYSICS_DT, numSubSteps=1, deterministicOverlappingPairs=1,
             physicsClientId=c,
         )  # fmt: skip
-        self._add_boxes(world.solids)
-        self._add_cylinders(world.cylinders)
+        self._add_obstacles(world)
         self.body = self._add_body()
 
     def write(self, state: Array) -> None:
@@ -80,26 +81,28 @@ class BulletWorld:
             pybullet.disconnect(physicsClientId=self.client)
             self.client = -1
 
-    def _add_boxes(self, boxes: Boxes) -> None:
-        c = self.client
-        for centre, half, yaw in zip(boxes.centre, boxes.half_extents, boxes.yaw, strict=True):
-            shape = pybullet.createCollisionShape(
-                pybullet.GEOM_BOX, halfExtents=half.tolist(), physicsClientId=c
+    def _add_obstacles(self, world: World) -> None:
+        """As few bodies as hold them all: every one costs time in every physics step.
+
+        Without a picture of its own, each of them would be given one, which takes ten times as long
+        as all the rest.
+        """
+        picture = pybullet.createVisualShape(
+            pybullet.GEOM_BOX, halfExtents=[1e-3] * 3, physicsClientId=self.client
+        )
+        shapes = [*_box_shapes(world.solids), *_cylinder_shapes(world.cylinders)]
+        for first in range(0, len(shapes), _MOST_SHAPES):
+            types, radii, halves, lengths, places, turns = (
+                list(column) for column in zip(*shapes[first : first + _MOST_SHAPES], strict=True)
             )
-            turned = [0, 0, math.sin(yaw / 2), math.cos(yaw / 2)]
-            self._add_obstacle(shape, centre, turned)
-
-    def _add_cylinders(self, cylinders: Cylinders) -> None:
-        for k, centre in enumerate(cylinders.centre):
-            shape = pybullet.createCollisionShape(
-                pybullet.GEOM_CYLINDER, radius=float(cylinders.radius[k]),
-                height=2 * float(cylinders.half_height[k]), physicsClientId=self.client,
+            shape = pybullet.createCollisionShapeArray(
+                shapeTypes=types, radii=radii, halfExtents=halves, lengths=lengths,
+                collisionFramePositions=places, collisionFrameOrientations=turns,
+                physicsClientId=self.client,
             )  # fmt: skip
-            self._add_obstacle(shape, centre, [0, 0, 0, 1])
-
-    def _add_obstacle(self, shape: int, centre: Array, orientation: list[float]) -> None:
-        c = self.client
-        pybullet.createMultiBody(0, shape, -1, centre.tolist(), orientation, physicsClientId=c)
+            pybullet.createMultiBody(
+                0, shape, picture, useMaximalCoordinates=1, physicsClientId=self.client
+            )
 
     def _add_body(self) -> int:
         c, model = self.client, self._model
@@ -114,6 +117,27 @@ class BulletWorld:
             linearDamping=0, angularDamping=0, physicsClientId=c,
         )  # fmt: skip
         return int(body)
+
+
+_Shape = tuple[int, float, list[float], float, list[float], list[float]]
+"""Bullet's kind, radius, half extents, length, position and quaternion; those it has no use for
+are ignored."""
+
+
+def _box_shapes(boxes: Boxes) -> list[_Shape]:
+    columns = (boxes.half_extents.tolist(), boxes.centre.tolist(), boxes.yaw.tolist())
+    return [
+        (pybullet.GEOM_BOX, 0.0, half, 0.0, centre, [0, 0, math.sin(yaw / 2), math.cos(yaw / 2)])
+        for half, centre, yaw in zip(*columns, strict=True)
+    ]
+
+
+def _cylinder_shapes(cylinders: Cylinders) -> list[_Shape]:
+    columns = (cylinders.radius, 2 * cylinders.half_height, cylinders.centre)
+    return [
+        (pybullet.GEOM_CYLINDER, radius, [0.0] * 3, length, centre, [0.0, 0.0, 0.0, 1.0])
+        for radius, length, centre in zip(*(column.tolist() for column in columns), strict=True)
+    ]
 
 
 class BulletDynamics(Dynamics):

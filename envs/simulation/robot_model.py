@@ -39,9 +39,9 @@ class RobotModel:
         return centre, np.array([self.length, self.hull_width, top - bottom]) / 2
 
     def hull_points(self) -> Array:
-        """(13, 3) where the hull may strike the ground, robot frame, m: the corners, and along its
-        edges and the middle of the belly."""
+        """(19, 3) where the hull may strike the ground, robot frame, m: its corners and a grid over
+        its belly."""
         centre, half = self.hull
-        belly = [[x, y, -1.0] for x in (-1.0, 0.0, 1.0) for y in (-1.0, 0.0, 1.0)]
+        belly = [[x, y, -1.0] for x in (-1.0, 0.0, 1.0) for y in (-1.0, -0.5, 0.0, 0.5, 1.0)]
         top = [[x, y, 1.0] for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
         return np.asarray(centre + half * np.array(belly + top))
