@@ -148,7 +148,7 @@ def test_no_trunk_is_driven_through(
 ) -> None:
     way = np.array([np.cos(heading), np.sin(heading)]) * (-1 if reverse else 1)
     place = 1.0 * way + aside * np.array([-way[1], way[0]])
-    world = open_world(cylinders=trunk(*place, radius), heading=heading)
+    world = open_world(cylinders=trunk(place[0], place[1], radius), heading=heading)
     speed = -0.5 if reverse else 0.5
     collided = False
     for motion in drive(FAST, world, (speed, speed), 60):
