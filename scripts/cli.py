@@ -3,14 +3,22 @@
 import logging
 import sys
 from collections.abc import Callable, Sequence
+from typing import Protocol
 
 import tyro
 
 from grouser import __version__
 from grouser.scripts.compare import Compare
 from grouser.scripts.usage import UsageError
+from grouser.scripts.worlds import Worlds
 
-_COMMANDS: dict[str, Callable[..., Compare]] = {"compare": Compare}
+
+class _Command(Protocol):
+    def run(self) -> int:
+        """Do it, and return the exit code."""
+
+
+_COMMANDS: dict[str, Callable[..., _Command]] = {"compare": Compare, "worlds": Worlds}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -19,7 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if given == ["--version"]:
         print(f"grouser {__version__}")
         return 0
-    command: Compare = tyro.extras.subcommand_cli_from_dict(
+    command: _Command = tyro.extras.subcommand_cli_from_dict(
         _COMMANDS,
         prog="grouser",
         description="Tracked robots that navigate on an estimated pose (--version tells which).",
