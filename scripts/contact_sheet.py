@@ -28,12 +28,12 @@ _TEXT_FINENESS = 2  # text is drawn so many times larger, then shrunk
 _FEWEST_PERCENT = 2  # materials with less are not worth a word
 
 
-def world_cell(world: World, title: str, *, renderer: str) -> Image:
+def world_cell(world: World, title: str, words: str, *, renderer: str) -> Image:
     """One world: RGB (374, 780, 3), from above and from the camera over two lines of words."""
     pictures = np.full((_HEIGHT, _GAP, 3), _PAPER, dtype=np.uint8)
     above, seen = Overview(world, _HEIGHT).draw(), camera_view(world, renderer)
-    words = _caption(title, describe(world), _GAP + _HEIGHT + _VIEW_WIDTH)
-    return np.vstack([words, np.hstack([above, pictures, seen])])
+    caption = _caption(title, words, _GAP + _HEIGHT + _VIEW_WIDTH)
+    return np.vstack([caption, np.hstack([above, pictures, seen])])
 
 
 def sheet(cells: Sequence[Image], columns: int) -> Image:
@@ -63,9 +63,8 @@ def camera_view(world: World, renderer: str) -> Image:
 def describe(world: World) -> str:
     """Ground, what stands on it, and relief, in one line."""
     obstacles = len(world.solids) - world.n_walls
-    counts = [(obstacles, "obstacles"), (len(world.cylinders), "trunks and posts")]
-    counts.append((len(world.slabs), "slabs"))
-    things = [f"{n} {name}" for n, name in counts if n]
+    counts = {"obstacle": obstacles, "cylinder": len(world.cylinders), "slab": len(world.slabs)}
+    things = [f"{n} {name}{'s' if n > 1 else ''}" for name, n in counts.items() if n]
     return ", ".join([_materials(world), *things, _relief(world)])
 
 

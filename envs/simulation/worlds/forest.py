@@ -17,7 +17,7 @@ from grouser.envs.simulation.worlds.placement import (
     texture_index,
 )
 from grouser.envs.simulation.worlds.reachability import ROBOT_RADIUS
-from grouser.envs.simulation.worlds.relief import level_ground, with_hills, with_material
+from grouser.envs.simulation.worlds.relief import Waves, level_ground, with_hills, with_material
 from grouser.envs.simulation.worlds.slabs import along_contours, apart_from, laid_slabs
 from grouser.envs.simulation.worlds.trees import grown_trees
 from grouser.geometry import Array
@@ -74,7 +74,7 @@ def _ground(rng: np.random.Generator, difficulty: float, start: Array) -> Ground
         rng,
         with_material(ground, mud, "mud"),
         steepest=math.radians(8 + 12 * difficulty),
-        wavelengths=[(5.0, 14.0), (1.5, 3.0)],
+        waves=[Waves(9.0, 20.0), Waves(1.5, 3.0, 0.3)],
         level_at=start[:2],
         level_radius=1.0,
     )

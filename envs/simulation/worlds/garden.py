@@ -19,6 +19,7 @@ from grouser.envs.simulation.worlds.placement import (
 )
 from grouser.envs.simulation.worlds.reachability import ROBOT_RADIUS
 from grouser.envs.simulation.worlds.relief import (
+    Waves,
     cell_positions,
     level_ground,
     with_hills,
@@ -74,7 +75,7 @@ def _ground(rng: np.random.Generator, difficulty: float, width: float, start: Ar
         rng,
         with_material(with_material(ground, mud, "mud"), paved, "cement"),
         steepest=math.radians(2 + 7 * difficulty),
-        wavelengths=[(5.0, 12.0)],
+        waves=[Waves(7.0, 16.0)],
         level_at=start[:2],
         level_radius=1.0,
     )

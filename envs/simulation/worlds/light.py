@@ -11,7 +11,7 @@ _NOON = (np.array([190.0, 212.0, 232.0]), np.array([112.0, 160.0, 222.0]))  # ho
 _DUSK = (np.array([238.0, 178.0, 120.0]), np.array([84.0, 100.0, 150.0]))
 _CLOUDS = (np.array([212.0, 214.0, 216.0]), np.array([186.0, 190.0, 196.0]))
 _CEILING = (np.array([206.0, 202.0, 192.0]), np.array([232.0, 229.0, 220.0]))
-_HIGH = math.radians(50)  # from here upwards the sky is that of noon
+_HIGH = math.radians(30)  # from here upwards the sky is that of noon
 
 
 def sunlight(

@@ -35,5 +35,5 @@ def patches(
     rng: np.random.Generator, shape: Sequence[int], cell: float, *, share: float, size: float
 ) -> NDArray[np.bool_]:
     """(rows, columns) patches of about a size [m] that cover a share of all cells."""
-    noise = smooth_noise(rng, shape, cell, shortest=size, longest=3 * size)
+    noise = smooth_noise(rng, shape, cell, shortest=2 * size, longest=5 * size)
     return np.asarray(noise > np.quantile(noise, 1 - share)) if share > 0 else noise > np.inf

@@ -16,7 +16,7 @@ from grouser.envs.simulation.worlds.placement import (
     standing_boxes,
 )
 from grouser.envs.simulation.worlds.reachability import ROBOT_RADIUS
-from grouser.envs.simulation.worlds.relief import level_ground, with_hills, with_material
+from grouser.envs.simulation.worlds.relief import Waves, level_ground, with_hills, with_material
 from grouser.envs.simulation.worlds.trees import grown_trees
 from grouser.geometry import Array
 
@@ -94,7 +94,7 @@ def _ground(rng: np.random.Generator, difficulty: float, start: Array) -> Ground
         rng,
         with_material(ground, puddles, "mud"),
         steepest=math.radians(2 + 8 * difficulty),
-        wavelengths=[(4.0, 12.0)],
+        waves=[Waves(6.0, 16.0), Waves(1.5, 3.0, 0.2)],
         level_at=start[:2],
         level_radius=1.0,
     )

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +20,16 @@ CELL = 0.25
 """Side of a cell of the ground, m."""
 
 _RAMP = 3.0  # m, over which hills rise from the level place
+
+
+class Waves(NamedTuple):
+    """A band of hills."""
+
+    shortest: float
+    longest: float
+    """Wavelength, m."""
+    share: float = 1.0
+    """Steepest slope, in proportion to that of other bands."""
 
 
 def level_ground(reach: ArrayLike, material: str, *, friction_scale: float = 1.0) -> Ground:
@@ -45,7 +56,7 @@ def with_hills(
     ground: Ground,
     *,
     steepest: float,
-    wavelengths: Sequence[tuple[float, float]],
+    waves: Sequence[Waves],
     level_at: ArrayLike,
     level_radius: float,
 ) -> Ground:
@@ -53,16 +64,15 @@ def with_hills(
 
     Args:
         steepest: slope of its steepest triangle, rad.
-        wavelengths: bands (shortest, longest) of hills, m; all bands are equally steep.
+        waves: the bands of which the hills are made.
         level_at: (2,) where height and slope are zero.
         level_radius: how far from there they still are, m.
     """
     shape = ground.heights.shape
     hills = np.zeros(shape)
-    for shortest, longest in wavelengths:
-        hills += shortest * smooth_noise(
-            rng, shape, ground.cell, shortest=shortest, longest=longest
-        )
+    for wave in waves:
+        noise = smooth_noise(rng, shape, ground.cell, shortest=wave.shortest, longest=wave.longest)
+        hills += wave.share * noise / cell_slopes(noise, ground.cell).max()
     nodes = node_positions(ground)
     distance = np.linalg.norm(nodes - np.asarray(level_at), axis=-1)
     middle = hills.ravel()[int(np.argmin(distance))]

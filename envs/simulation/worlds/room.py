@@ -33,7 +33,7 @@ def room(rng: np.random.Generator, difficulty: float, clutter: float) -> World:
     clear_radius = 1.6 - 0.8 * difficulty
     door = np.array([rng.uniform(0.15, 0.35) * reach[0], rng.uniform(-0.6, 0.6) * reach[1]])
     middle = (door[0] - reach[0]) / 2  # of the larger room, which is the one with negative x
-    start = np.append([middle, 0] + rng.uniform(-1, 1, 2), rng.uniform(-np.pi, np.pi))
+    start = np.append([middle, 0] + rng.uniform(-1, 1, 2), rng.normal(0, 0.5))
     ground = level_ground(reach, "cement", friction_scale=1 - 0.3 * difficulty)
     width = 1.6 - 0.5 * difficulty
     partition = wall_with_door(ground, door, (-reach[1], reach[1]), width, texture_index("plaster"))

@@ -18,7 +18,7 @@ from grouser.envs.simulation.worlds.placement import (
     texture_index,
 )
 from grouser.envs.simulation.worlds.reachability import ROBOT_RADIUS
-from grouser.envs.simulation.worlds.relief import level_ground, with_hills, with_material
+from grouser.envs.simulation.worlds.relief import Waves, level_ground, with_hills, with_material
 from grouser.envs.simulation.worlds.slabs import apart_from, laid_slabs
 from grouser.geometry import Array
 
@@ -63,7 +63,7 @@ def _ground(rng: np.random.Generator, difficulty: float, start: Array) -> Ground
         rng,
         with_material(with_material(ground, floor, "cement"), dust, "mud"),
         steepest=math.radians(4 + 12 * difficulty),
-        wavelengths=[(3.0, 9.0), (0.8, 2.0)],
+        waves=[Waves(4.0, 10.0), Waves(0.8, 2.0, 0.7)],
         level_at=start[:2],
         level_radius=1.0,
     )

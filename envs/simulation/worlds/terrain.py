@@ -13,7 +13,7 @@ from grouser.envs.simulation.worlds.relief import CELL, node_positions
 MIXED = "mixed"
 """The terrain of patches of all materials."""
 
-_PATCH = (2.0, 6.0)  # wavelengths, m: patches are about half as wide
+_PATCH = (3.0, 9.0)  # wavelengths, m: patches are about a third as wide
 
 
 def require_terrain(name: str | None) -> None:
