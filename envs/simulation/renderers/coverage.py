@@ -85,3 +85,15 @@ def _fill(
         nearer = w > nearest[k]
         nearest[k] = w if nearer else nearest[k]
         seen[k] = np.int32(face) if nearer else seen[k]
+
+
+@kernel
+def read_depth(visible: Any, faces: Any, depth: Any) -> None:
+    """Fill in the depth (height, width) [m] of the faces that `cover` found; inf for sky."""
+    for y in range(faces.shape[0]):
+        for x in range(faces.shape[1]):
+            i = faces[y, x]
+            depth[y, x] = np.inf
+            if i >= 0:
+                p = visible.planes[i]
+                depth[y, x] = 1 / (p[0] * x + p[1] * y + p[2])

@@ -13,6 +13,7 @@ BEYOND = 60.0
 """How far ground is drawn beyond the edge of its grid, m."""
 
 GROUND_OBJECT = 1
+_UNDER = 0.005  # m
 
 
 def level_ground_faces(ground: Ground, light: Light, *, beyond: float = BEYOND) -> Faces:
@@ -26,9 +27,18 @@ def level_ground_faces(ground: Ground, light: Light, *, beyond: float = BEYOND) 
     high = high + beyond * (blocks[:, [3, 2]] == [columns, rows])
     x = np.stack([low[:, 0], high[:, 0], high[:, 0], low[:, 0]], axis=-1)
     y = np.stack([low[:, 1], low[:, 1], high[:, 1], high[:, 1]], axis=-1)
-    return ground_faces(
-        np.stack([x, y, np.zeros_like(x)], axis=-1), looks[blocks[:, 0], blocks[:, 1]], light
-    )
+    corners = np.stack([x, y, np.zeros_like(x)], axis=-1)
+    shown = looks[blocks[:, 0], blocks[:, 1]]
+    if len(blocks) > 1:
+        corners, shown = np.concatenate([corners, _underlay(corners)]), np.append(shown, shown[:1])
+    return ground_faces(corners, shown, light)
+
+
+def _underlay(corners: Array) -> Array:
+    """(1, 4, 3) one rectangle under all others: where a corner of one lies on a side of another,
+    rounding may leave a crack between them."""
+    (x0, y0, _), (x1, y1, _) = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    return np.array([[[x0, y0, -_UNDER], [x1, y0, -_UNDER], [x1, y1, -_UNDER], [x0, y1, -_UNDER]]])
 
 
 def beyond_faces(ground: Ground, light: Light) -> Faces:

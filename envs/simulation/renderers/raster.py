@@ -1,6 +1,10 @@
 """The default renderer: our own rasteriser, the same bits everywhere, on two threads."""
 
 from collections.abc import Sequence
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
 
 from grouser.envs.simulation.renderers.base import Image, Renderer
 from grouser.envs.simulation.renderers.helper_thread import HelperThread
@@ -18,12 +22,19 @@ class RasterRenderer(Renderer):
     def __init__(self, world: World, camera: Pinhole, *, color: bool) -> None:
         mesh, bank = world_mesh(world), texture_bank(color)
         self._own, self._other = (Rasteriser(mesh, camera, bank) for _ in range(2))
+        self._at_centres = cache(lambda: Rasteriser(mesh, camera, bank, samples=1))
         self._helper = HelperThread()
 
     def images(self, poses: Sequence[Array]) -> list[Image]:
         pending = self._helper.submit(lambda: _draw(self._other, poses[1::2]))
         drawn = _draw(self._own, poses[::2]), pending.result()
         return [drawn[i % 2][i // 2] for i in range(len(poses))]
+
+    def depth(self, T_world_camera: Array) -> NDArray[np.float32]:
+        return self._at_centres().depth(T_world_camera)
+
+    def segmentation(self, T_world_camera: Array) -> NDArray[np.int32]:
+        return self._at_centres().segmentation(T_world_camera)
 
     def close(self) -> None:
         self._helper.close()

@@ -5,11 +5,12 @@ floats, so the pixels depend neither on the processor nor on the number of threa
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grouser.envs.simulation.renderers.base import NEAR, Image
-from grouser.envs.simulation.renderers.coverage import SUBSAMPLES, cover
+from grouser.envs.simulation.renderers.coverage import SUBSAMPLES, cover, read_depth
 from grouser.envs.simulation.renderers.fragments import room_for_row
-from grouser.envs.simulation.renderers.mesh import Mesh
+from grouser.envs.simulation.renderers.mesh import SKY_OBJECT, Mesh
 from grouser.envs.simulation.renderers.pinhole import Pinhole
 from grouser.envs.simulation.renderers.projection import View, project_faces
 from grouser.envs.simulation.renderers.relief_projection import project_relief
@@ -61,6 +62,21 @@ class Rasteriser:
         self._cover()
         self._resolve(T_world_camera, image)
         return image
+
+    def depth(self, T_world_camera: Array) -> NDArray[np.float32]:
+        """(height, width) m along the optical axis, at the first sub-sample; inf for sky."""
+        self._project(T_world_camera)
+        self._cover()
+        depth = np.empty(self._depth.shape, dtype=np.float32)
+        read_depth(self._visible, self._seen[0], depth)
+        return depth
+
+    def segmentation(self, T_world_camera: Array) -> NDArray[np.int32]:
+        """(height, width) objects at the first sub-sample; SKY_OBJECT where there is none."""
+        self._project(T_world_camera)
+        self._cover()
+        seen = self._seen[0]
+        return np.where(seen >= 0, self._visible.object[seen], np.int32(SKY_OBJECT))
 
     def _project(self, T_world_camera: Array) -> None:
         view, faces, visible = self._view(T_world_camera), self._mesh.faces, self._visible

@@ -1,11 +1,16 @@
 """Renderers by name."""
 
+from collections.abc import Callable
+
 from grouser.envs.simulation.renderers.base import Renderer
+from grouser.envs.simulation.renderers.opengl import OpenGlRenderer
 from grouser.envs.simulation.renderers.pinhole import Pinhole
 from grouser.envs.simulation.renderers.raster import RasterRenderer
 from grouser.envs.simulation.world import World
 
-RENDERERS = ("raster",)
+_MAKERS: dict[str, Callable[..., Renderer]] = {"raster": RasterRenderer, "opengl": OpenGlRenderer}
+
+RENDERERS = tuple(_MAKERS)
 """Names that `make_renderer` accepts."""
 
 
@@ -21,6 +26,15 @@ def make_renderer(name: str, world: World, camera: Pinhole, *, color: bool) -> R
     Raises:
         ValueError: no renderer has that name; the message lists those there are.
     """
+    return _MAKERS[known_renderer(name)](world, camera, color=color)
+
+
+def known_renderer(name: str) -> str:
+    """The name, if a renderer has it.
+
+    Raises:
+        ValueError: none has; the message lists those there are.
+    """
     if name not in RENDERERS:
         raise ValueError(f"no renderer is named {name!r}; known: {', '.join(RENDERERS)}")
-    return RasterRenderer(world, camera, color=color)
+    return name
