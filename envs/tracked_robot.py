@@ -10,11 +10,8 @@ from gymnasium import spaces
 from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 from numpy.typing import NDArray
 
-from grouser.envs.sensors.base import Sensor
-from grouser.envs.sensors.imu import InertialUnit
-from grouser.envs.sensors.lidar import PlanarLidar
-from grouser.envs.sensors.stereo import EYES, Stereo
-from grouser.envs.sensors.tracks import TrackEncoders
+from grouser.envs.sensors.schedule import Schedule
+from grouser.envs.sensors.suite import DEFAULT_SENSORS, SENSORS, SensorSuite, known_sensors
 from grouser.envs.simulation.chase import ChaseView
 from grouser.envs.simulation.motion import instantaneous_centres, longitudinal_slip
 from grouser.envs.simulation.robot import RobotModel, TrackedRobot
@@ -29,13 +26,8 @@ from grouser.rig import Rig
 Observation = dict[str, Any]
 Action = NDArray[np.float32]
 
-SENSORS = ("left", "right", "tracks", "lidar", "imu")
-"""Every key of the observation that can be asked for; `stamp` is always there."""
-
 CONTROL_DT = 0.1
 """Time between two observations, s."""
-
-_LONGEST_STAMP = 1e9  # s, thirty years: a bound only because spaces must have one
 
 
 class TrackedRobotEnv(gym.Env[Observation, Action]):
@@ -78,7 +70,7 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
         self,
         *,
         world: str = "yard",
-        sensors: Iterable[str] = SENSORS,
+        sensors: Iterable[str] = DEFAULT_SENSORS,
         image_size: Sequence[int] = (320, 240),
         color: bool = False,
         render_mode: str | None = None,
@@ -90,7 +82,7 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
         acceleration_noise: float = 0.05,
         rate_noise: float = 2e-3,
     ) -> None:
-        self._world_name, self._keys = _known_world(world), _known_sensors(sensors)
+        self._world_name, self._keys = _known_world(world), known_sensors(sensors)
         self.render_mode = self._known_render_mode(render_mode)
         _require_noises(
             image_noise=image_noise,
@@ -100,23 +92,28 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
             acceleration_noise=acceleration_noise,
             rate_noise=rate_noise,
         )
+        self._schedule = Schedule(
+            {
+                "stereo.read_noise": image_noise,
+                "tracks.noise": track_noise,
+                "tracks.resolution": track_resolution,
+                "lidar.range_noise": lidar_noise,
+                "lidar.bearing_noise": lidar_bearing_noise,
+                "imu.acceleration_noise": acceleration_noise,
+                "imu.rate_noise": rate_noise,
+            }
+        )
         self._model = RobotModel()
         self.rig: Rig = robot_rig(
             self._model,
             dt=CONTROL_DT,
             image_size=_checked_size(image_size),
-            lidar_noise=lidar_noise,
-            lidar_bearing_noise=lidar_bearing_noise,
-            acceleration_noise=acceleration_noise,
-            rate_noise=rate_noise,
+            amounts=self._schedule.steady,
         )
-        encoders = TrackEncoders(
-            limit=2 * self._model.top_speed * CONTROL_DT,
-            noise=track_noise,
-            resolution=track_resolution,
+        self._suite = SensorSuite(
+            self.rig, self._keys, color=color, fastest_track=2 * self._model.top_speed
         )
-        self._sensors = _sensors(self.rig, encoders, self._keys, color, image_noise)
-        self.observation_space: spaces.Dict = _observation_space(self._sensors)
+        self.observation_space: spaces.Dict = self._suite.space
         self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
         announce()
         self._window = self._open_window()
@@ -145,8 +142,7 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
         self._n_steps = 0
         self._T_start_world = inverse_transform(self._motion.T_world_base)
         self._start_pose = project(self._motion.T_world_base)
-        for sensor in self._sensors:
-            sensor.enter(self._world, dict(zip(SENSORS, sensor_rngs, strict=True)))
+        self._suite.enter(self._world, dict(zip(SENSORS, sensor_rngs, strict=True)))
         self._show()
         return self._observe(), self._info()
 
@@ -173,17 +169,14 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
     def close(self) -> None:
         """Free physics, threads and window; a second call does nothing."""
         self._robot.close()
-        for sensor in self._sensors:
-            sensor.close()
+        self._suite.close()
         if self._window is not None:
             self._window.close()
         self._closed = True
 
     def _observe(self) -> Observation:
-        observation: Observation = {"stamp": np.array([self._n_steps * CONTROL_DT])}
-        for sensor in self._sensors:
-            observation.update(sensor.read(self._motion))
-        return observation
+        time = self._n_steps * CONTROL_DT
+        return self._suite.observe(self._motion, time, self._schedule.at(time))
 
     def _info(self) -> dict[str, Any]:
         motion = self._motion
@@ -236,16 +229,6 @@ def _known_world(name: str) -> str:
     return name
 
 
-def _known_sensors(names: Iterable[str]) -> tuple[str, ...]:
-    listed = (names,) if isinstance(names, str) else tuple(names)
-    unknown = [name for name in listed if name not in (*SENSORS, "stamp")]
-    if unknown:
-        raise ValueError(
-            f"no sensor is named {unknown[0]!r}; known: {', '.join(SENSORS)} (and stamp, always)"
-        )
-    return tuple(name for name in SENSORS if name in listed)
-
-
 def _require_noises(**noises: float) -> None:
     for name, value in noises.items():
         if not (isinstance(value, Real) and 0 <= value < np.inf):
@@ -269,27 +252,3 @@ def _checked_action(action: Action) -> Array:
             f"the top speed, got {action!r}"
         )
     return np.clip(values, -1.0, 1.0)
-
-
-def _sensors(
-    rig: Rig, encoders: TrackEncoders, keys: Sequence[str], color: bool, image_noise: float
-) -> list[Sensor]:
-    """Those sensors that give one of the keys."""
-    assert rig.stereo is not None and rig.lidar is not None and rig.imu is not None
-    eyes = [key for key in keys if key in EYES]
-    sensors: dict[str, Sensor] = {
-        "tracks": encoders,
-        "lidar": PlanarLidar(rig.lidar),
-        "imu": InertialUnit(rig.imu),
-    }
-    stereo = [Stereo(rig.stereo, eyes=eyes, color=color, noise=image_noise)] if eyes else []
-    return [*stereo, *(sensor for key, sensor in sensors.items() if key in keys)]
-
-
-def _observation_space(sensors: Sequence[Sensor]) -> spaces.Dict:
-    parts: dict[str, spaces.Space[Any]] = {
-        "stamp": spaces.Box(0.0, _LONGEST_STAMP, (1,), np.float64)
-    }
-    for sensor in sensors:
-        parts.update(sensor.spaces)
-    return spaces.Dict(parts)

@@ -186,6 +186,17 @@ class Imu:
 
 
 @dataclass(frozen=True, slots=True)
+class Gps:
+    """A satellite receiver at the robot's origin: position fixes in the frame of the start."""
+
+    sigma_position: float
+    """White noise of either coordinate, m."""
+
+    def __post_init__(self) -> None:
+        require_not_negative(self, "sigma_position")
+
+
+@dataclass(frozen=True, slots=True)
 class Rig:
     """The calibration of one robot. What the robot, or its recording, does not have is None."""
 
@@ -195,6 +206,7 @@ class Rig:
     stereo: StereoCamera | None = None
     lidar: Lidar | None = None
     imu: Imu | None = None
+    gps: Gps | None = None
 
     def __post_init__(self) -> None:
         require_positive(self, "dt")
@@ -252,6 +264,7 @@ _PARTS: dict[str, Any] = {
     "stereo": StereoCamera,
     "lidar": Lidar,
     "imu": Imu,
+    "gps": Gps,
 }
 _EXPECTED = ", ".join(_PARTS)
 

@@ -8,12 +8,14 @@ from gymnasium.utils.seeding import np_random
 from numpy.typing import NDArray
 
 from grouser.envs.sensors.lidar import PlanarLidar
+from grouser.envs.sensors.schedule import Schedule
 from grouser.envs.sensors.stereo import EYES, Stereo
+from grouser.envs.sensors.suite import DEFAULT_SENSORS, SENSORS
 from grouser.envs.simulation.motion import Motion
 from grouser.envs.simulation.robot import RobotModel, TrackedRobot
 from grouser.envs.simulation.world import World
 from grouser.envs.simulation.worlds.registry import make_world
-from grouser.envs.tracked_robot import CONTROL_DT, SENSORS, TrackedRobotEnv
+from grouser.envs.tracked_robot import CONTROL_DT, TrackedRobotEnv
 from grouser.scripts.benchmark_timing import Figures, Measurement, median_seconds, seconds
 from grouser.scripts.naive_stack import NaiveStack
 
@@ -48,7 +50,7 @@ def whole_environment() -> Figures:
 
 def without_images() -> Figures:
     """Steps a second with lidar, tracks and imu alone, and how long a reset takes."""
-    env = TrackedRobotEnv(sensors=[key for key in SENSORS if key not in EYES])
+    env = TrackedRobotEnv(sensors=[key for key in DEFAULT_SENSORS if key not in EYES])
     env.reset(seed=_SEED)
     actions = cycle(_actions())
     steps = [seconds(lambda: env.step(next(actions))) for _ in range(300)]
@@ -73,8 +75,8 @@ def parts() -> Figures:
     physics = median_seconds(lambda: robot.step(action), 100)
     robot.close()
     scan = median_seconds(_scan(PlanarLidar(rig.lidar), world, motion), 300)
-    pair = Stereo(rig.stereo, eyes=EYES, color=False, noise=1.5)
-    left = Stereo(rig.stereo, eyes=EYES[:1], color=False, noise=1.5)
+    pair = Stereo(rig.stereo, eyes=EYES, color=False, dt=rig.dt)
+    left = Stereo(rig.stereo, eyes=EYES[:1], color=False, dt=rig.dt)
     pair_time = median_seconds(_scan(pair, world, motion), 60)
     left_time = median_seconds(_scan(left, world, motion), 60)
     pair.close()
@@ -127,4 +129,5 @@ def _actions() -> list[NDArray[np.float32]]:
 def _scan(sensor: PlanarLidar | Stereo, world: World, motion: Motion) -> Callable[[], object]:
     rngs = np.random.default_rng(_SEED).spawn(len(SENSORS))
     sensor.enter(world, dict(zip(SENSORS, rngs, strict=True)))
-    return lambda: sensor.read(motion)
+    amounts = Schedule().steady
+    return lambda: sensor.read(motion, amounts)

@@ -59,7 +59,7 @@ class World:
 
     def gives(self) -> frozenset[str]:
         # Imported here: a comparison on a recording needs no physics.
-        from grouser.envs.tracked_robot import SENSORS
+        from grouser.envs.sensors.suite import SENSORS
 
         return frozenset(SENSORS) | {"stamp"} | TRUTH_KEYS
 

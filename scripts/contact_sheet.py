@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from grouser.envs.sensors.schedule import Schedule
 from grouser.envs.simulation.materials import MATERIAL_NAMES
 from grouser.envs.simulation.renderers.pinhole import Pinhole
 from grouser.envs.simulation.renderers.registry import make_renderer
@@ -91,10 +92,7 @@ def _stereo() -> StereoCamera:
         RobotModel(),
         dt=0.1,
         image_size=(_VIEW_WIDTH, _HEIGHT),
-        lidar_noise=0.0,
-        lidar_bearing_noise=0.0,
-        acceleration_noise=0.0,
-        rate_noise=0.0,
+        amounts=Schedule().steady,
     )
     assert rig.stereo is not None
     return rig.stereo

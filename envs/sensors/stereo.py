@@ -7,7 +7,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from grouser.envs.sensors.base import Reading, Sensor
-from grouser.envs.sensors.read_noise import ReadNoise
+from grouser.envs.sensors.read_noise import add_read_noise
 from grouser.envs.simulation.motion import Motion
 from grouser.envs.simulation.renderers.base import Renderer
 from grouser.envs.simulation.renderers.pinhole import Pinhole
@@ -28,7 +28,7 @@ class Stereo(Sensor):
         camera: its calibration.
         eyes: those that are looked through, of EYES; the others are not rendered.
         color: RGB instead of grey.
-        noise: standard deviation of the read noise, grey levels.
+        dt: length of a control step, s.
         renderer: of RENDERERS.
     """
 
@@ -38,11 +38,11 @@ class Stereo(Sensor):
         *,
         eyes: Sequence[str],
         color: bool,
-        noise: float,
+        dt: float,
         renderer: str = "raster",
     ) -> None:
         self._eyes = tuple(eyes)
-        self._color, self._noise, self._renderer_name = color, ReadNoise(noise), renderer
+        self._color, self._renderer_name, self._dt = color, renderer, dt
         self._shape = (camera.height, camera.width, 3 if color else 1)
         self._pinhole = Pinhole(
             camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy
@@ -51,7 +51,6 @@ class Stereo(Sensor):
         mounts = {"left": camera.T_base_camera, "right": camera.T_base_camera @ to_right}
         self._mounts = {eye: mounts[eye] for eye in self._eyes}
         self._renderer: Renderer | None = None
-        self._rngs: dict[str, np.random.Generator] = {}
 
     @property
     def spaces(self) -> dict[str, spaces.Box]:
@@ -59,14 +58,14 @@ class Stereo(Sensor):
 
     def enter(self, world: World, rngs: Mapping[str, np.random.Generator]) -> None:
         self.close()
-        self._rngs = {eye: rngs[eye] for eye in self._eyes}
+        self._memory = {eye: rngs[eye] for eye in self._eyes}
         self._renderer = make_renderer(self._renderer_name, world, self._pinhole, color=self._color)
 
-    def read(self, motion: Motion) -> Reading:
+    def read(self, motion: Motion, amounts: Mapping[str, float]) -> Reading:
         assert self._renderer is not None
         images = self._renderer.images([motion.T_world_base @ self._mounts[e] for e in self._eyes])
         return {
-            eye: self._noise.add(image, self._rngs[eye])
+            eye: add_read_noise(image, amounts[f"{eye}.read_noise"], self._memory[eye])
             for eye, image in zip(self._eyes, images, strict=True)
         }
 

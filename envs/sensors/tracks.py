@@ -1,44 +1,77 @@
 """Track encoders: how far each track ran over its wheels, whatever the robot did."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from gymnasium import spaces
 
 from grouser.envs.sensors.base import Reading, Sensor
+from grouser.envs.sensors.streams import Streams
 from grouser.envs.simulation.motion import Motion
 from grouser.envs.simulation.world import World
+from grouser.geometry import Array
+
+
+@dataclass(slots=True)
+class _Memory:
+    rng: np.random.Generator
+    streams: Streams
+    since_reading: Array = field(default_factory=lambda: np.zeros(2))
+    """(2,) how far each track ran since the last reading, m."""
+    felt: Array = field(default_factory=lambda: np.zeros(2))
+    """(2,) how far the encoders' wheels turned since the start, m."""
 
 
 class TrackEncoders(Sensor):
-    """Increments of the left and right track since the last observation.
+    """Increments of the left and right track since the last reading.
 
     Args:
         limit: largest increment that can be read, m.
-        noise: white noise of the scale, as a fraction of the increment (shoes stretch and skip).
-        resolution: length of track between two encoder counts, m.
     """
 
-    def __init__(self, *, limit: float, noise: float, resolution: float) -> None:
-        if not 0 < resolution < np.inf:
-            raise ValueError(f"track_resolution must be positive, got {resolution!r} m")
-        self._limit, self._noise, self._resolution = limit, noise, resolution
-        self._rng = np.random.default_rng(0)
-        self._travelled, self._counted = np.zeros(2), np.zeros(2)
+    adds_up = True
+    _memory: _Memory
+
+    def __init__(self, *, limit: float) -> None:
+        self._limit = limit
 
     @property
     def spaces(self) -> dict[str, spaces.Box]:
         return {"tracks": spaces.Box(-self._limit, self._limit, (2,), np.float64)}
 
     def enter(self, world: World, rngs: Mapping[str, np.random.Generator]) -> None:
-        self._rng = rngs["tracks"]
-        self._travelled, self._counted = np.zeros(2), np.zeros(2)
+        self._memory = _Memory(rngs["tracks"], Streams(rngs["tracks"]))
 
-    def read(self, motion: Motion) -> Reading:
-        scale = 1 + self._noise * self._rng.standard_normal(2)
-        self._travelled = self._travelled + scale * motion.track_travel
-        # Counts are of the whole way, so that what rounding keeps back comes with the next one.
-        counted = np.floor(self._travelled / self._resolution + 0.5)
-        increment = (counted - self._counted) * self._resolution
-        self._counted = counted
-        return {"tracks": np.clip(increment, -self._limit, self._limit)}
+    def advance(self, motion: Motion) -> None:
+        memory = self._memory
+        memory.since_reading = memory.since_reading + motion.track_travel
+
+    def read(self, motion: Motion, amounts: Mapping[str, float]) -> Reading:
+        memory, resolution = self._memory, amounts["tracks.resolution"]
+        before = memory.felt
+        memory.felt = before + self._felt_increment(amounts)
+        memory.since_reading = np.zeros(2)
+        # Ticks are of the whole way, so that what rounding keeps back comes with the next reading.
+        ticks = _ticks(memory.felt, resolution) - _ticks(before, resolution)
+        counted = ticks - self._missed(ticks, amounts["tracks.missed_ticks"])
+        return {"tracks": np.clip(counted * resolution, -self._limit, self._limit)}
+
+    def _felt_increment(self, amounts: Mapping[str, float]) -> Array:
+        """(2,) with the noise of shoes that stretch and skip, a wrong scale, a stuck wheel, m."""
+        memory = self._memory
+        noise = 1 + amounts["tracks.noise"] * memory.rng.standard_normal(2)
+        scale = 1 + np.array([amounts["tracks.left_scale"], amounts["tracks.right_scale"]])
+        stuck = np.array([amounts["tracks.left_stuck"], amounts["tracks.right_stuck"]])
+        return np.asarray(noise * scale * (1 - stuck) * memory.since_reading)
+
+    def _missed(self, ticks: Array, probability: float) -> Array:
+        """(2,) how many of the ticks were not counted, with their sign."""
+        if probability == 0:
+            return np.zeros(2)
+        rng = self._memory.streams["missed_ticks"]
+        return np.asarray(np.sign(ticks) * rng.binomial(np.abs(ticks).astype(int), probability))
+
+
+def _ticks(travelled: Array, resolution: float) -> Array:
+    return np.floor(travelled / resolution + 0.5)

@@ -30,7 +30,7 @@ class ChaseView:
 
     def __init__(self, world: World, model: RobotModel, *, width: int = 640) -> None:
         self._mesh, self._model = world_mesh(world), model
-        self._caster = RayCaster(world.solids)
+        self._caster = RayCaster(world)
         self._camera = Pinhole.with_field_of_view(width, width * 3 // 4, _FIELD_OF_VIEW)
 
     def frame(self, T_world_base: Array) -> NDArray[np.uint8]:

@@ -1,74 +1,148 @@
-"""Where rays first meet a box: the slab test (Kay and Kajiya, SIGGRAPH 1986), exact."""
+"""Where rays first meet a world: boxes, cylinders and the ground, exact."""
 
+import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grouser.envs.simulation.world import Boxes
+from grouser.envs.simulation.raycast_ground import meet_ground
+from grouser.envs.simulation.world import Boxes, Cylinders, World, join
 from grouser.geometry import Array
 from grouser.kernels import kernel
 
+# Columns of the table of upright things; a cylinder has its radius as both half widths.
+_X, _Y, _Z, _HALF_HEIGHT, _AROUND, _HALF_X, _HALF_Y, _COS, _SIN, _IS_BOX = range(10)
+
 
 class RayCaster:
-    """Casts bundles of rays from one point against upright boxes and the ground z = 0."""
+    """Casts bundles of rays against a world's solids, cylinders, slabs and ground."""
 
-    def __init__(self, boxes: Boxes) -> None:
-        self._centre, self._half = boxes.centre, boxes.half_extents
-        self._radius = boxes.footprint_radius
-        self._turn = np.column_stack([np.cos(boxes.yaw), np.sin(boxes.yaw)])
+    def __init__(self, world: World) -> None:
+        boxes = _box_rows(join(world.solids, world.slabs))
+        self._things = np.concatenate([boxes, _cylinder_rows(world.cylinders)])
+        self._ground = world.ground
 
     def cast(self, origin: Array, directions: Array, reach: float) -> NDArray[np.float64]:
         """(n,) distance along each unit direction (n, 3) to what is hit first, at most reach, m.
 
-        What encloses the origin is not hit.
+        The rays start at one origin (3,), or each at its own (n, 3). What encloses an origin is
+        not hit, nor is the ground from below.
         """
-        out = np.empty(len(directions))
-        _cast(origin, directions, reach, self._centre, self._half, self._radius, self._turn, out)
-        return out
+        origins = np.ascontiguousarray(np.atleast_2d(origin), dtype=np.float64)
+        directions = np.ascontiguousarray(directions, dtype=np.float64)
+        distance = np.empty(len(directions))
+        _meet_upright_things(origins, directions, reach, self._things, distance)
+        ground = self._ground
+        meet_ground(origins, directions, ground.heights, ground.cell, ground.origin, distance)
+        return distance
+
+
+def _box_rows(boxes: Boxes) -> Array:
+    return np.column_stack(
+        [
+            boxes.centre,
+            boxes.half_extents[:, 2],
+            boxes.footprint_radius,
+            boxes.half_extents[:, :2],
+            np.cos(boxes.yaw),
+            np.sin(boxes.yaw),
+            np.ones(len(boxes)),
+        ]
+    )
+
+
+def _cylinder_rows(cylinders: Cylinders) -> Array:
+    r, nothing = cylinders.radius, np.zeros(len(cylinders))
+    return np.column_stack(
+        [cylinders.centre, cylinders.half_height, r, r, r, nothing, nothing, nothing]
+    )
 
 
 @kernel
-def _cast(
-    origin: Any,
-    directions: Any,
-    reach: float,
-    centre: Any,
-    half: Any,
-    radius: Any,
-    turn: Any,
-    out: Any,
+def _meet_upright_things(
+    origins: Any, directions: Any, reach: float, things: Any, out: Any
 ) -> None:
-    n = centre.shape[0]
-    start = np.empty((n, 3))
-    for k in range(n):  # the origin in each box's own axes
-        dx, dy = origin[0] - centre[k, 0], origin[1] - centre[k, 1]
-        start[k, 0] = turn[k, 0] * dx + turn[k, 1] * dy
-        start[k, 1] = turn[k, 0] * dy - turn[k, 1] * dx
-        start[k, 2] = origin[2] - centre[k, 2]
+    near, gap = _nearest_first(origins, directions, reach, things)
+    several = origins.shape[0] > 1
     for i in range(directions.shape[0]):
+        o = i if several else 0
+        ox, oy, oz = origins[o, 0], origins[o, 1], origins[o, 2]
         dx, dy, dz = directions[i, 0], directions[i, 1], directions[i, 2]
+        level = math.sqrt(dx * dx + dy * dy)
         nearest = reach
-        if dz < 0 and origin[2] > 0:
-            nearest = min(nearest, -origin[2] / dz)
-        for k in range(n):
-            # Most boxes lie aside of the ray or behind it, seen from above: no slab test for them.
-            to_x, to_y = centre[k, 0] - origin[0], centre[k, 1] - origin[1]
-            if abs(dx * to_y - dy * to_x) > radius[k] or dx * to_x + dy * to_y < -radius[k]:
+        for k in range(near.shape[0]):
+            if gap[k] > nearest * level:
+                break  # all that follow are farther
+            # Most things lie aside of the ray or behind it, seen from above.
+            to_x, to_y, around = near[k, _X] - ox, near[k, _Y] - oy, near[k, _AROUND]
+            if abs(dx * to_y - dy * to_x) > around or dx * to_x + dy * to_y < -around:
                 continue
-            along_x = turn[k, 0] * dx + turn[k, 1] * dy
-            along_y = turn[k, 0] * dy - turn[k, 1] * dx
-            enter, leave = _slab(start[k, 0], along_x, half[k, 0], -np.inf, np.inf)
-            enter, leave = _slab(start[k, 1], along_y, half[k, 1], enter, leave)
-            enter, leave = _slab(start[k, 2], dz, half[k, 2], enter, leave)
+            if near[k, _IS_BOX] == 1.0:
+                enter, leave = _through_box(near[k], to_x, to_y, dx, dy)
+            else:
+                enter, leave = _through_cylinder(near[k], to_x, to_y, dx, dy)
+            enter, leave = _slab(oz - near[k, _Z], dz, near[k, _HALF_HEIGHT], enter, leave)
             if 0 < enter <= leave and enter < nearest:
                 nearest = enter
         out[i] = nearest
 
 
 @kernel
+def _nearest_first(origins: Any, directions: Any, reach: float, things: Any) -> Any:
+    """The things that some ray may meet, nearest first, and how far they are at least, seen from
+    above."""
+    ox, oy = origins[0, 0], origins[0, 1]
+    spread, lowest, highest = 0.0, np.inf, -np.inf
+    for i in range(origins.shape[0]):
+        spread = max(spread, math.hypot(origins[i, 0] - ox, origins[i, 1] - oy))
+    several = origins.shape[0] > 1
+    for i in range(directions.shape[0]):
+        z = origins[i if several else 0, 2]
+        end = z + reach * directions[i, 2]
+        lowest, highest = min(lowest, z, end), max(highest, z, end)
+    gap = np.empty(things.shape[0])
+    for k in range(things.shape[0]):
+        away = math.hypot(things[k, _X] - ox, things[k, _Y] - oy)
+        gap[k] = away - things[k, _AROUND] - spread
+        below = things[k, _Z] + things[k, _HALF_HEIGHT] < lowest
+        if below or things[k, _Z] - things[k, _HALF_HEIGHT] > highest:
+            gap[k] = np.inf
+    order = np.argsort(gap)
+    n = np.searchsorted(gap[order], reach, side="right")
+    return things[order[:n]], gap[order[:n]]
+
+
+@kernel
+def _through_box(box: Any, to_x: float, to_y: float, dx: float, dy: float) -> Any:
+    """From where to where a ray is within a box, seen from above."""
+    c, s = box[_COS], box[_SIN]
+    start_x, start_y = -c * to_x - s * to_y, s * to_x - c * to_y
+    enter, leave = _slab(start_x, c * dx + s * dy, box[_HALF_X], -np.inf, np.inf)
+    return _slab(start_y, c * dy - s * dx, box[_HALF_Y], enter, leave)
+
+
+@kernel
+def _through_cylinder(cylinder: Any, to_x: float, to_y: float, dx: float, dy: float) -> Any:
+    """From where to where it is within a cylinder, seen from above."""
+    r2, level2 = cylinder[_AROUND] * cylinder[_AROUND], dx * dx + dy * dy
+    if level2 == 0.0:
+        inside = to_x * to_x + to_y * to_y <= r2
+        return (-np.inf, np.inf) if inside else (np.inf, -np.inf)
+    aside = dx * to_y - dy * to_x  # times the level part of the ray's length
+    reach2 = r2 * level2 - aside * aside
+    if reach2 < 0.0:
+        return np.inf, -np.inf
+    middle, half = dx * to_x + dy * to_y, math.sqrt(reach2)
+    return (middle - half) / level2, (middle + half) / level2
+
+
+@kernel
 def _slab(start: float, along: float, half: float, enter: float, leave: float) -> Any:
-    """The part of [enter, leave] on which |start + t along| <= half; leave < enter for none."""
+    """The part of [enter, leave] on which |start + t along| <= half; leave < enter for none.
+
+    (Kay and Kajiya, SIGGRAPH 1986.)
+    """
     if along == 0.0:
         return (enter, leave) if abs(start) <= half else (np.inf, -np.inf)
     a, b = (-half - start) / along, (half - start) / along

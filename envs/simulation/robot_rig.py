@@ -1,6 +1,7 @@
 """The rig of the simulated robot, and how its effective width was measured."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from grouser.envs.simulation.renderers.pinhole import Pinhole
 from grouser.envs.simulation.robot import RobotModel, TrackedRobot
 from grouser.envs.simulation.world import World
 from grouser.geometry import transform
-from grouser.rig import Imu, Lidar, Rig, StereoCamera, TrackGeometry, camera_mount
+from grouser.rig import Gps, Imu, Lidar, Rig, StereoCamera, TrackGeometry, camera_mount
 
 EFFECTIVE_WIDTH = 0.588
 """Of the robot on gravel, m: `measure_effective_width`, rounded."""
@@ -27,15 +28,17 @@ def robot_rig(
     *,
     dt: float,
     image_size: tuple[int, int],
-    lidar_noise: float,
-    lidar_bearing_noise: float,
-    acceleration_noise: float,
-    rate_noise: float,
+    amounts: Mapping[str, float],
 ) -> Rig:
     """The robot's calibration, which is exact but for the noise that it states.
 
     The stereo pair looks 10 degrees down from 0.40 m above the ground, on either side of the
     robot's centre line; the lidar turns above it, so that the robot does not see itself.
+
+    Args:
+        dt: time between two observations, s.
+        image_size: width and height, px.
+        amounts: of the effects that the rig states, by name: the noises of lidar, imu and gps.
     """
     pinhole = Pinhole.with_field_of_view(*image_size, _FIELD_OF_VIEW)
     tracks = TrackGeometry(
@@ -57,12 +60,15 @@ def robot_rig(
         angle_increment=2 * math.pi / _N_BEAMS,
         range_min=0.05,
         range_max=12.0,
-        sigma_range=lidar_noise,
-        sigma_bearing=lidar_bearing_noise,
+        sigma_range=amounts["lidar.range_noise"],
+        sigma_bearing=amounts["lidar.bearing_noise"],
         T_base_lidar=transform(np.eye(3), [0.0, 0.0, 0.45]),
     )
-    imu = Imu(sigma_acceleration=acceleration_noise, sigma_rate=rate_noise)
-    return Rig(dt=dt, tracks=tracks, stereo=stereo, lidar=lidar, imu=imu)
+    imu = Imu(
+        sigma_acceleration=amounts["imu.acceleration_noise"], sigma_rate=amounts["imu.rate_noise"]
+    )
+    gps = Gps(sigma_position=amounts["gps.noise"])
+    return Rig(dt=dt, tracks=tracks, stereo=stereo, lidar=lidar, imu=imu, gps=gps)
 
 
 def measure_effective_width(

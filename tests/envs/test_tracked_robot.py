@@ -19,9 +19,10 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.wrappers import TimeLimit
 
 import grouser  # noqa: F401 - registers the environments
+from grouser.envs.sensors.suite import DEFAULT_SENSORS
 from grouser.envs.simulation.bullet_dynamics import BulletDynamics
 from grouser.envs.simulation.renderers.rasteriser import Rasteriser
-from grouser.envs.tracked_robot import SENSORS, TrackedRobotEnv
+from grouser.envs.tracked_robot import TrackedRobotEnv
 from grouser.geometry import compose, project
 
 SMALL = (64, 48)
@@ -371,8 +372,8 @@ def test_a_window_without_pygame_says_what_to_install(monkeypatch: pytest.Monkey
         ({"image_size": 320}, "image_size must be width and height.*got 320"),
         ({"image_noise": -1.0}, "image_noise must be 0 or more, got -1.0"),
         ({"image_noise": "loud"}, "image_noise must be 0 or more, got 'loud'"),
-        ({"track_resolution": 0.0}, "track_resolution must be positive, got 0.0 m"),
-        ({"track_resolution": float("inf")}, "track_resolution must be positive, got inf m"),
+        ({"track_resolution": 0.0}, "tracks.resolution .* must be a number from 1e-06 .*, got 0.0"),
+        ({"track_resolution": float("inf")}, "to 0.1 .*, got inf"),
         ({"lidar_noise": -0.1}, r"lidar_noise must be 0 or more, got -0.1"),
         ({"rate_noise": float("nan")}, r"rate_noise must be 0 or more, got nan"),
     ],
@@ -431,4 +432,4 @@ def test_seed_zero_is_a_seed(env: TrackedRobotEnv) -> None:
 
 
 def test_every_sensor_has_a_name(env: TrackedRobotEnv) -> None:
-    assert {*SENSORS, "stamp"} == set(env.observation_space.spaces)
+    assert {*DEFAULT_SENSORS, "stamp"} == set(env.observation_space.spaces)

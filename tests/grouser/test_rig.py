@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from grouser import geometry
 from grouser.rig import (
     R_BASE_OPTICAL,
+    Gps,
     Imu,
     Lidar,
     Rig,
@@ -35,7 +36,7 @@ STEREO = StereoCamera(
     mount_sigma=np.full(6, 0.002),
 )
 LIDAR = Lidar(360, -np.pi, np.pi / 180, 0.1, 30.0, 0.02, 0.0015, geometry.lift([0.1, 0.0, 0.0]))
-RIG = Rig(dt=0.1, tracks=TRACKS, stereo=STEREO, lidar=LIDAR, imu=Imu(0.05, 0.002))
+RIG = Rig(dt=0.1, tracks=TRACKS, stereo=STEREO, lidar=LIDAR, imu=Imu(0.05, 0.002), gps=Gps(0.5))
 
 
 def test_yaml_gives_the_same_rig_back(tmp_path: Path) -> None:
@@ -106,13 +107,14 @@ def test_overrides_replace_values_parts_and_nothing_else() -> None:
     assert RIG.stereo is not None and RIG.stereo.baseline == 0.12
 
 
-@pytest.mark.parametrize("name", ["stereo.base_line", "camera.fx", "gps", "", "dt.x", "imu."])
+@pytest.mark.parametrize("name", ["stereo.base_line", "camera.fx", "radar", "", "dt.x", "imu."])
 def test_an_unknown_override_lists_the_allowed_names(name: str) -> None:
     with pytest.raises(ValueError) as refused:
         RIG.with_overrides({name: 1.0})
     message = str(refused.value)
     assert (
-        f"the rig has no {name!r} to override; it has: dt, imu, imu.sigma_acceleration" in message
+        f"the rig has no {name!r} to override; it has: dt, gps, gps.sigma_position, imu, imu.sigma"
+        in message
     )
     assert "stereo.baseline" in message
 
@@ -144,7 +146,9 @@ def test_calibrated_values_must_be_finite(name: str, value: float) -> None:
         RIG.with_overrides({f"stereo.{name}": value})
 
 
-@pytest.mark.parametrize("name", ["stereo.disparity_sigma", "lidar.sigma_range", "imu.sigma_rate"])
+@pytest.mark.parametrize(
+    "name", ["stereo.disparity_sigma", "lidar.sigma_range", "imu.sigma_rate", "gps.sigma_position"]
+)
 @pytest.mark.parametrize("value", [-0.1, np.nan, np.inf])
 def test_sigmas_must_be_zero_or_more(name: str, value: float) -> None:
     with pytest.raises(ValueError, match=f"{name.partition('.')[2]} must be zero or more, got"):
@@ -199,4 +203,4 @@ def test_a_file_that_is_no_rig_is_refused_by_name(tmp_path: Path, text: str, wor
     with pytest.raises(ValueError, match=words) as refused:
         Rig.from_yaml(path)
     assert f"{path} is not a rig" in str(refused.value)
-    assert "expected dt, tracks, stereo, lidar, imu" in str(refused.value)
+    assert "expected dt, tracks, stereo, lidar, imu, gps" in str(refused.value)

@@ -11,24 +11,15 @@ from grouser.envs.simulation.robot_rig import robot_rig
 from grouser.envs.simulation.world import Boxes, World
 from grouser.envs.simulation.worlds.registry import make_world
 from grouser.geometry import Array, lift
-from grouser.rig import Lidar
-from tests.envs.sensors.motions import at_rest, generators
+from tests.envs.sensors.motions import at_rest, quiet, readings
 
 YARD = make_world("yard", np.random.default_rng(0))
+START = (float(YARD.start[0]), float(YARD.start[1]), float(YARD.start[2]))
 
 
-def lidar(*, sigma_range: float = 0.0, sigma_bearing: float = 0.0) -> Lidar:
-    rig = robot_rig(
-        RobotModel(),
-        dt=0.1,
-        image_size=(64, 48),
-        lidar_noise=sigma_range,
-        lidar_bearing_noise=sigma_bearing,
-        acceleration_noise=0.0,
-        rate_noise=0.0,
-    )
-    assert rig.lidar is not None
-    return rig.lidar
+RIG = robot_rig(RobotModel(), dt=0.1, image_size=(64, 48), amounts=quiet())
+assert RIG.lidar is not None
+LIDAR = RIG.lidar
 
 
 def walls_only() -> World:
@@ -37,18 +28,19 @@ def walls_only() -> World:
     return replace(YARD, solids=walls)
 
 
-def scans(calibration: Lidar, world: World, pose: tuple[float, float, float], n: int) -> Array:
-    sensor = PlanarLidar(calibration)
-    sensor.enter(world, generators(1))
-    return np.array([sensor.read(at_rest(lift(pose)))["lidar"] for _ in range(n)], np.float64)
+def scans(world: World, pose: tuple[float, float, float], n: int = 1, **effects: float) -> Array:
+    """(n, beams) m."""
+    amounts = quiet({f"lidar.{name}": amount for name, amount in effects.items()})
+    read = readings(PlanarLidar(LIDAR), world, [at_rest(lift(pose))] * n, amounts, seed=1)
+    return np.array([reading["lidar"] for reading in read], np.float64)
 
 
 @pytest.mark.parametrize("pose", [(2.0, -3.0, 0.7), (8.0, 6.5, -2.0)])
 def test_ranges_to_the_walls_are_those_of_a_square_room(pose: tuple[float, float, float]) -> None:
     """Also near a corner, from where the middle of a wall may lie behind a beam that meets it."""
-    calibration, (x, y, heading) = lidar(), pose
-    ranges = scans(calibration, walls_only(), (x, y, heading), 1)[0]
-    angle = calibration.bearings + heading
+    x, y, heading = pose
+    ranges = scans(walls_only(), pose)[0]
+    angle = LIDAR.bearings + heading
     with np.errstate(divide="ignore"):
         to_x = np.where(np.cos(angle) > 0, 9 - x, -9 - x) / np.cos(angle)
         to_y = np.where(np.sin(angle) > 0, 9 - y, -9 - y) / np.sin(angle)
@@ -56,30 +48,28 @@ def test_ranges_to_the_walls_are_those_of_a_square_room(pose: tuple[float, float
 
 
 def test_a_beam_that_meets_nothing_reads_the_longest_range() -> None:
-    ranges = scans(lidar(sigma_range=0.05), walls_only(), (-8.0, 0.0, 0.0), 3)
+    ranges = scans(walls_only(), (-8.0, 0.0, 0.0), 3, range_noise=0.05)
     assert np.all(ranges[:, 180] == 12.0)  # straight ahead, 17 m to the wall
     assert np.all(ranges[:, 0] < 2.0)  # straight behind
 
 
 def test_range_noise_has_the_stated_size() -> None:
-    ranges = scans(lidar(sigma_range=0.02), walls_only(), (0.0, 0.0, 0.0), 400)
-    ahead = ranges[:, 180]
+    ahead = scans(walls_only(), (0.0, 0.0, 0.0), 400, range_noise=0.02)[:, 180]
     assert ahead.std() == pytest.approx(0.02, rel=0.1)
     assert abs(ahead.mean() - 9.0) < 4 * 0.02 / 20
 
 
 def test_bearing_noise_shows_on_slanted_walls_only() -> None:
-    ranges = scans(lidar(sigma_bearing=0.01), walls_only(), (0.0, 0.0, 0.0), 400)
-    slanted = np.searchsorted(lidar().bearings, np.radians(30))
-    bearing = lidar().bearings[slanted]
+    ranges = scans(walls_only(), (0.0, 0.0, 0.0), 400, bearing_noise=0.01)
+    slanted = np.searchsorted(LIDAR.bearings, np.radians(30))
+    bearing = LIDAR.bearings[slanted]
     slope = 9 * np.tan(bearing) / np.cos(bearing)  # of the range over the bearing
     assert ranges[:, slanted].std() == pytest.approx(0.01 * slope, rel=0.1)
     assert ranges[:, 180].std() < 1e-3
 
 
 def test_readings_stay_within_the_space() -> None:
-    calibration = lidar(sigma_range=5.0)
-    ranges = scans(calibration, YARD, tuple(YARD.start.tolist()), 5)
-    space = PlanarLidar(calibration).spaces["lidar"]
+    ranges = scans(YARD, START, 5, range_noise=5.0)
+    space = PlanarLidar(LIDAR).spaces["lidar"]
     assert ranges.min() == pytest.approx(0.05) and ranges.max() == pytest.approx(12.0)
     assert space.contains(ranges[0].astype(np.float32))

@@ -8,30 +8,38 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import chisquare, norm
 
-from grouser.envs.sensors.read_noise import ReadNoise
+from grouser.envs.sensors.read_noise import add_read_noise
+from grouser.envs.sensors.stereo import EYES, Stereo
 from grouser.envs.simulation.motion import Motion
 from grouser.envs.simulation.raycast import RayCaster
+from grouser.envs.simulation.robot import RobotModel
+from grouser.envs.simulation.robot_rig import robot_rig
 from grouser.envs.simulation.world import World
 from grouser.envs.simulation.worlds.registry import make_world
 from grouser.envs.tracked_robot import TrackedRobotEnv
 from grouser.geometry import lift
 from grouser.rig import StereoCamera
-from tests.envs.sensors.motions import at_rest, generators, sensor_of
+from tests.envs.sensors.motions import at_rest, quiet, readings
 
 Image = NDArray[np.uint8]
 
 
-@pytest.fixture(scope="module")
-def env() -> Iterator[TrackedRobotEnv]:
-    env = TrackedRobotEnv(sensors=("left", "right"), image_noise=0.0)
-    yield env
-    env.close()
+def stereo_camera(size: tuple[int, int] = (320, 240)) -> StereoCamera:
+    rig = robot_rig(RobotModel(), dt=0.1, image_size=size, amounts=quiet())
+    assert rig.stereo is not None
+    return rig.stereo
 
 
 @pytest.fixture(scope="module")
-def camera(env: TrackedRobotEnv) -> StereoCamera:
-    assert env.rig.stereo is not None
-    return env.rig.stereo
+def camera() -> StereoCamera:
+    return stereo_camera()
+
+
+@pytest.fixture(scope="module")
+def sensor(camera: StereoCamera) -> Iterator[Stereo]:
+    sensor = Stereo(camera, eyes=EYES, color=False, dt=0.1)
+    yield sensor
+    sensor.close()
 
 
 @pytest.fixture(scope="module")
@@ -39,21 +47,17 @@ def world() -> World:
     return make_world("yard", np.random.default_rng(2))
 
 
-def pair(env: TrackedRobotEnv, world: World, motion: Motion) -> tuple[Image, Image]:
-    sensor = sensor_of(env, "left")
-    sensor.enter(world, generators(0))
-    reading = sensor.read(motion)
+def pair(sensor: Stereo, world: World, motion: Motion) -> tuple[Image, Image]:
+    (reading,) = readings(sensor, world, [motion], quiet())
     return reading["left"][..., 0], reading["right"][..., 0]
 
 
-def test_disparity_is_that_of_the_depth(
-    env: TrackedRobotEnv, camera: StereoCamera, world: World
-) -> None:
+def test_disparity_is_that_of_the_depth(sensor: Stereo, camera: StereoCamera, world: World) -> None:
     """Blocks of the left image are found again f B / z to the left, on the same row."""
     motion = at_rest(lift(world.start))
-    left, right = pair(env, world, motion)
+    left, right = pair(sensor, world, motion)
     T = motion.T_world_base @ camera.T_base_camera
-    caster, errors = RayCaster(world.solids), []
+    caster, errors = RayCaster(world), []
     for y in range(40, 230, 12):
         for x in range(70, 300, 24):
             ray = T[:3, :3] @ [(x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy, 1.0]
@@ -77,7 +81,7 @@ def test_disparity_is_that_of_the_depth(
 
 def test_noise_is_white_and_of_the_stated_size() -> None:
     image = np.full((240, 320, 1), 100, dtype=np.uint8)
-    noise = ReadNoise(1.5).add(image, np.random.default_rng(0)).astype(np.float64) - 100
+    noise = add_read_noise(image, 1.5, np.random.default_rng(0)).astype(np.float64) - 100
     assert noise.std() == pytest.approx(np.hypot(1.5, np.sqrt(1 / 12)), rel=0.01)
     assert abs(noise.mean()) < 0.02
     flat = noise[..., 0]
@@ -92,18 +96,15 @@ def test_noise_is_white_and_of_the_stated_size() -> None:
 def test_noise_stays_within_eight_bits() -> None:
     for level in (0, 255):
         image = np.full((50, 50, 1), level, dtype=np.uint8)
-        noisy = ReadNoise(3.0).add(image, np.random.default_rng(0))
+        noisy = add_read_noise(image, 3.0, np.random.default_rng(0))
         assert abs(int(noisy.astype(np.int64).mean()) - level) <= 2  # clipped, not wrapped
 
 
-def test_successive_images_have_noise_of_their_own(world: World) -> None:
-    env = TrackedRobotEnv(sensors=("left", "right"), image_noise=2.0)
-    sensor = sensor_of(env, "left")
-    sensor.enter(world, generators(0))
-    first, second = (sensor.read(at_rest(lift(world.start)))["left"] for _ in range(2))
-    difference = first.astype(np.float64) - second
+def test_successive_images_have_noise_of_their_own(sensor: Stereo, world: World) -> None:
+    motions = [at_rest(lift(world.start))] * 2
+    first, second = readings(sensor, world, motions, quiet({"stereo.read_noise": 2.0}))
+    difference = first["left"].astype(np.float64) - second["left"]
     assert difference.std() == pytest.approx(2.0 * np.sqrt(2), rel=0.05)
-    env.close()
 
 
 def test_color_images_have_three_channels(world: World) -> None:

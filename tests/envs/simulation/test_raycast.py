@@ -5,9 +5,10 @@ import pybullet
 import pytest
 
 from grouser.envs.simulation.bullet_dynamics import BulletWorld
+from grouser.envs.simulation.ground import Ground
 from grouser.envs.simulation.raycast import RayCaster
 from grouser.envs.simulation.robot import RobotModel
-from grouser.envs.simulation.world import Boxes
+from grouser.envs.simulation.world import Boxes, World
 from grouser.envs.simulation.worlds.registry import make_world
 from grouser.geometry import Array
 
@@ -18,24 +19,32 @@ def one_box(yaw: float = 0.0) -> Boxes:
     )
 
 
+def world_of(boxes: Boxes) -> World:
+    """These boxes on a level ground."""
+    return World(
+        name="test", solids=boxes, n_walls=0, ground=Ground.flat(20.0), start=np.zeros(3),
+        clear_radius=1.0,
+    )  # fmt: skip
+
+
 def directions(*angles: float) -> Array:
     return np.array([[np.cos(a), np.sin(a), 0.0] for a in angles])
 
 
 def test_a_ray_meets_the_near_side() -> None:
-    caster = RayCaster(one_box())
+    caster = RayCaster(world_of(one_box()))
     hit = caster.cast(np.array([0.0, 0.0, 0.4]), directions(0.0, np.pi, np.arctan2(0.24, 1.5)), 9.0)
     np.testing.assert_allclose(hit, [1.5, 9.0, np.hypot(0.24, 1.5)])
 
 
 def test_a_turned_box_is_met_where_its_corner_is() -> None:
-    caster = RayCaster(one_box(np.arctan2(0.25, 0.5)))
+    caster = RayCaster(world_of(one_box(np.arctan2(0.25, 0.5))))
     hit = caster.cast(np.array([0.0, 0.0, 0.4]), directions(0.0), 9.0)
     assert hit[0] == pytest.approx(2 - 0.25 / np.sin(np.arctan2(0.25, 0.5)), abs=1e-12)
 
 
 def test_rays_pass_above_a_box_and_end_on_the_ground() -> None:
-    caster = RayCaster(one_box())
+    caster = RayCaster(world_of(one_box()))
     assert caster.cast(np.array([0.0, 0.0, 1.01]), directions(0.0), 9.0)[0] == 9.0
     down = np.array([[np.cos(0.5), 0.0, -np.sin(0.5)]])
     assert caster.cast(np.array([0.0, 5.0, 1.0]), down, 9.0)[0] == pytest.approx(1 / np.sin(0.5))
@@ -47,7 +56,7 @@ def test_rays_agree_with_bullet() -> None:
     bullet = BulletWorld(RobotModel())
     bullet.load(world)
     pybullet.removeBody(bullet.body, physicsClientId=bullet.client)
-    caster, reach = RayCaster(world.solids), 15.0
+    caster, reach = RayCaster(world), 15.0
     for _ in range(5):
         origin = np.append(world.start[:2] + rng.uniform(-2, 2, 2), 0.3)
         rays = directions(*rng.uniform(-np.pi, np.pi, 200))

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from grouser.envs.sensors.schedule import Schedule
 from grouser.envs.simulation.ground import Ground
 from grouser.envs.simulation.robot import DYNAMICS, PHYSICS_DT, RobotModel, TrackedRobot
 from grouser.envs.simulation.robot_rig import (
@@ -23,10 +24,7 @@ def rig() -> Rig:
         RobotModel(),
         dt=0.1,
         image_size=(320, 240),
-        lidar_noise=0.01,
-        lidar_bearing_noise=0.001,
-        acceleration_noise=0.05,
-        rate_noise=0.002,
+        amounts=Schedule({"gps.noise": 0.3}).steady,
     )
 
 
@@ -81,3 +79,10 @@ def test_the_lidar_looks_all_round(rig: Rig) -> None:
 
 def test_a_control_step_is_24_physics_steps(rig: Rig) -> None:
     assert rig.dt / PHYSICS_DT == pytest.approx(24)
+
+
+def test_the_rig_states_the_noises_that_hold_all_the_time(rig: Rig) -> None:
+    assert rig.lidar is not None and rig.imu is not None and rig.gps is not None
+    assert (rig.lidar.sigma_range, rig.lidar.sigma_bearing) == (0.01, 0.001)
+    assert (rig.imu.sigma_acceleration, rig.imu.sigma_rate) == (0.05, 0.002)
+    assert rig.gps.sigma_position == 0.3
