@@ -86,7 +86,7 @@ def corridor(rng: np.random.Generator, difficulty: float, clutter: float) -> Wor
         start=start,
         clear_radius=plan.width / 2 - ROBOT_RADIUS - 0.02,
         slabs=sills,
-        light=lamplight(strength=1 - 0.4 * difficulty),
+        light=lamplight(strength=1 - 0.4 * difficulty**2),
     )
 
 

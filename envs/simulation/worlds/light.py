@@ -44,7 +44,7 @@ def overcast(*, strength: float = 1.0, half_life: float = np.inf) -> Light:
 
 def lamplight(*, strength: float = 1.0) -> Light:
     """Lamps at a bright ceiling: what is seen above the walls is no sky."""
-    return _from_above(_CEILING, 0.60, 0.35, strength, np.inf)
+    return _from_above(_CEILING, 0.65, 0.35, strength, np.inf)
 
 
 def _from_above(

@@ -52,7 +52,7 @@ def room(rng: np.random.Generator, difficulty: float, clutter: float) -> World:
         start=start,
         clear_radius=clear_radius,
         slabs=laid_slabs(ground, door, sill, 0.0, texture_index("bark")),
-        light=lamplight(strength=1 - 0.4 * difficulty),
+        light=lamplight(strength=1 - 0.4 * difficulty**2),
     )
 
 
