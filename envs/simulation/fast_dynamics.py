@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from grouser.envs.simulation.dynamics import LOOK_EVERY, PHYSICS_DT, Dynamics, PhysicalState
-from grouser.envs.simulation.fast_body import Obstacles, hull_wrench, move, obstacles_around
+from grouser.envs.simulation.fast_body import move
+from grouser.envs.simulation.hull_contacts import Obstacles, hull_wrench, obstacles_around
 from grouser.envs.simulation.materials import MATERIALS, Material
 from grouser.envs.simulation.robot_model import RobotModel
 from grouser.envs.simulation.surface import Surface, look_around

@@ -153,6 +153,10 @@ def instantaneous_centres(motion: Motion) -> Array:
     x = -v_y / w (Martinez, Mandow et al., "Approximating kinematics for tracked mobile robots",
     IJRR 2005, eqs. 1 to 3, in our axes). y_left - y_right is the effective width. NaN where the
     robot does not turn.
+
+    With the tracks' mean speeds u they give the mean twist back: w = (u_R - u_L) / (y_L - y_R),
+    v_x = u_L + w y_L, v_y = -w x; and `compose(pose, exp(dt * twist))` the next pose, as far as the
+    robot is level and the twist steady within the step.
     """
     vx, vy, w = motion.twist
     if abs(w) < STRAIGHT_RATE:

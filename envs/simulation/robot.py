@@ -79,7 +79,7 @@ class TrackedRobot:
             traction: (2,) share of the force along each track which its belt still passes on.
         """
         given = np.asarray(commanded_speed, dtype=np.float64) * np.asarray(power, dtype=np.float64)
-        return self._run(given, np.asarray(traction, dtype=np.float64), self._n_substeps)
+        return self._run(given, np.array(traction, dtype=np.float64), self._n_substeps)
 
     def save(self) -> Any:
         """Everything that changes as the robot drives, picklable; the world is not in it."""

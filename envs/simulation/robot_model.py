@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from grouser.checks import require_positive
 from grouser.envs.simulation.tracks import TrackModel
 from grouser.geometry import Array
 
@@ -30,6 +31,14 @@ class RobotModel:
     motor_lag: float = 0.1
     """Time constant with which a track follows its command, s."""
     tracks: TrackModel = field(default_factory=TrackModel)
+
+    def __post_init__(self) -> None:
+        require_positive(self, "mass", "length", "hull_width", "com_height", "motor_lag")
+        if not 0 < self.hull_bottom < self.hull_top:
+            raise ValueError(
+                f"RobotModel.hull_bottom must be above 0 and below hull_top, {self.hull_top} m, "
+                f"got {self.hull_bottom} m"
+            )
 
     @property
     def hull(self) -> tuple[Array, Array]:

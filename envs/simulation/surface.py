@@ -40,11 +40,13 @@ class Surface(NamedTuple):
         ground = world.ground
         table = np.array([[m.friction, m.shear_modulus, m.resistance] for m in materials])
         table[:, 0] *= ground.friction_scale
+        # Copies: a kernel is compiled anew for arrays that may be written to, as those of a world
+        # that was unpickled may.
         return Surface(
-            np.ascontiguousarray(ground.heights, dtype=np.float64),
+            np.array(ground.heights, dtype=np.float64, order="C"),
             float(ground.cell),
-            np.ascontiguousarray(ground.origin, dtype=np.float64),
-            np.ascontiguousarray(ground.material, dtype=np.int64),
+            np.array(ground.origin, dtype=np.float64, order="C"),
+            np.array(ground.material, dtype=np.int64, order="C"),
             table,
             _slab_table(world),
             material_index("cement"),

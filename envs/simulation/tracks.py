@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from grouser.checks import require_positive, require_whole
 from grouser.geometry import Array
 
 GRAVITY: Final = 9.81
@@ -38,6 +39,12 @@ class TrackModel:
     lateral_factor: float = 1.0
     """Force across over force along the track for the same shear: 1 for flat shoes, more for tyres
     and shoes that dig in and push a wall of soil sideways (lateral bulldozing)."""
+
+    def __post_init__(self) -> None:
+        require_positive(self, "gauge", "width", "contact_length", "sinkage", "lateral_factor")
+        require_whole(self, "n_patches")
+        if self.n_patches < 2:
+            raise ValueError("TrackModel.n_patches must be at least 2, the ends of the contact")
 
     def patches(self) -> tuple[Array, Array, NDArray[np.int64]]:
         """Along (n,) and above (n,) of one side's patches, m, from the middle of its sole, and the

@@ -12,8 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from grouser.envs.simulation.fast_dynamics import _advance
 from grouser.envs.simulation.motion import Motion
 from grouser.envs.simulation.robot import DYNAMICS, RobotModel, TrackedRobot
+from grouser.envs.simulation.surface import look_around
+from grouser.envs.simulation.track_law import ground_wrench
 from grouser.envs.simulation.world import join
 from tests.envs.simulation.grounds import box, open_world, trunk
 
@@ -151,3 +154,18 @@ def test_a_robot_can_be_restored_that_never_entered_a_world() -> None:
     fresh.restore(saved, WORLD)
     one.restore(saved, WORLD)
     assert digest(go_on(fresh, 5)) == digest(go_on(one, 5))
+
+
+@pytest.mark.parametrize("dynamics", DYNAMICS)
+def test_a_world_that_was_pickled_has_nothing_compiled_anew(dynamics: str) -> None:
+    """Its arrays may be written to, which for numba is another type."""
+    one, saved = saved_at_the_wall(dynamics)
+    before = _compiled()
+    one.restore(saved, pickle.loads(pickle.dumps(WORLD)))
+    one.step(np.array([0.5, 0.5]), traction=np.broadcast_to(1.0, 2))
+    assert _compiled() == before > 0
+    one.close()
+
+
+def _compiled() -> int:
+    return len(_advance.signatures) + len(ground_wrench.signatures) + len(look_around.signatures)

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -175,3 +176,19 @@ def test_a_control_step_is_a_multiple_of_the_physics_step() -> None:
 def test_unknown_dynamics_are_refused_with_those_there_are() -> None:
     with pytest.raises(ValueError, match="no dynamics are named 'havok'; known: bullet, fast"):
         TrackedRobot(RobotModel(), dt=0.1, dynamics="havok")
+
+
+@pytest.mark.parametrize(
+    ("part", "options", "words"),
+    [
+        (TrackModel, {"gauge": 0.0}, "TrackModel.gauge must be positive, got 0.0"),
+        (TrackModel, {"n_patches": 1}, "n_patches must be at least 2, the ends of the contact"),
+        (RobotModel, {"mass": -1.0}, "RobotModel.mass must be positive, got -1.0"),
+        (RobotModel, {"hull_bottom": 0.3}, "hull_bottom must be above 0 and below hull_top, 0.22"),
+    ],
+)
+def test_impossible_robots_are_refused(
+    part: type[TrackModel] | type[RobotModel], options: dict[str, Any], words: str
+) -> None:
+    with pytest.raises(ValueError, match=words):
+        part(**options)
