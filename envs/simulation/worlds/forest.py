@@ -35,7 +35,9 @@ def forest(rng: np.random.Generator, difficulty: float, clutter: float) -> World
     start = np.append(rng.uniform(-6, 6, 2), rng.uniform(-np.pi, np.pi))
     clear_radius = 1.6 - 0.8 * difficulty
     ground = _ground(rng, difficulty, start)
-    xy, radius = _places(rng, round(clutter * (60 + 70 * difficulty)), difficulty, start)
+    here = Circles(start[:2], clear_radius + ROBOT_RADIUS)
+    n_trees = round(clutter * (60 + 70 * difficulty))
+    xy, radius = _places(rng, n_trees, here, gap=1.5 - 0.5 * difficulty)
     n = len(radius)
     trunks, crowns = grown_trees(
         ground,
@@ -46,7 +48,7 @@ def forest(rng: np.random.Generator, difficulty: float, clutter: float) -> World
         crown_height=rng.uniform(2.0, 4.0, n),
         yaw=rng.uniform(0, np.pi / 2, n),
     )
-    standing = Circles(start[:2], clear_radius + ROBOT_RADIUS).plus(xy, radius)
+    standing = here.plus(xy, radius)
     rocks = _rocks(rng, round(clutter * (6 + 10 * difficulty)), ground, standing)
     thicket = enclosure(ground, _REACH, height=2.2, segment=4.0, texture="foliage")
     n_low = round(clutter * (10 + 25 * difficulty))
@@ -80,13 +82,10 @@ def _ground(rng: np.random.Generator, difficulty: float, start: Array) -> Ground
     )
 
 
-def _places(
-    rng: np.random.Generator, n: int, difficulty: float, start: Array
-) -> tuple[Array, Array]:
+def _places(rng: np.random.Generator, n: int, here: Circles, *, gap: float) -> tuple[Array, Array]:
     """Where the trees stand (k, 2) and how thick they are (k,), m: many young, few old."""
     radius = np.clip(0.11 * np.exp(0.5 * rng.standard_normal(n)), 0.05, 0.35)
-    taken = Circles(start[:2], 1.6 - 0.8 * difficulty + ROBOT_RADIUS)
-    xy, which = scatter(rng, radius, _REACH, taken, gap=1.5 - 0.5 * difficulty)
+    xy, which = scatter(rng, radius, _REACH, here, gap=gap)
     return xy, radius[which]
 
 
