@@ -1,7 +1,10 @@
 """Worlds by name: the same seed gives the same bits, options vary what they say and no more."""
 
 import json
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +18,8 @@ from grouser.envs.simulation.worlds.randomization import RANDOMIZABLE, randomiza
 from grouser.envs.simulation.worlds.registry import make_world, world_descriptions, world_names
 from tests.envs.simulation.worlds.digest import digest
 
+ROOT = Path(__file__).resolve().parents[4]
+
 
 def made(name: str = "yard", seed: int = 0, **options: Any) -> World:
     return make_world(name, np.random.default_rng(seed), **options)
@@ -26,6 +31,24 @@ def test_a_seed_makes_a_world_and_another_makes_another(name: str) -> None:
     assert digest(made(name, 3)) != digest(made(name, 4))
     assert not np.array_equal(made(name, 3).start, made(name, 4).start)
     assert digest(made(name, 3, difficulty=0.2)) != digest(made(name, 3, difficulty=0.8))
+
+
+def test_another_process_makes_the_same_bits() -> None:
+    program = (
+        "import numpy as np\n"
+        "from grouser.envs.simulation.worlds.registry import make_world, world_names\n"
+        "from tests.envs.simulation.worlds.digest import digest\n"
+        "options = {'terrain': 'mixed', 'randomize': ['texture', 'light', 'friction', 'clutter']}\n"
+        "for name in world_names():\n"
+        "    print(digest(make_world(name, np.random.default_rng(0), **options)))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
+    options: dict[str, Any] = {
+        "terrain": "mixed",
+        "randomize": ["texture", "light", "friction", "clutter"],
+    }
+    assert done.stdout.split() == [digest(made(name, **options)) for name in world_names()]
 
 
 @pytest.mark.parametrize("name", world_names())
