@@ -33,7 +33,8 @@ def check(world: World) -> None:
     the_robot_cannot_leave(world, space)
     nothing_stands_in_the_clear_circle(world)
     solids_stand_in_the_ground_or_hang_above_the_hull(world)
-    tracks_climb_every_slab_and_slope(world)
+    tracks_climb_every_slope(world)
+    tracks_climb_every_slab(world)
     the_robot_starts_on_level_ground(world)
     what_is_drawn_is_known(world)
 
@@ -90,19 +91,25 @@ def solids_stand_in_the_ground_or_hang_above_the_hull(world: World) -> None:
     assert np.all(trunks.centre[:, 2] + trunks.half_height > level + 0.3)
 
 
-def tracks_climb_every_slab_and_slope(world: World) -> None:
-    ground, slabs = world.ground, world.slabs
+def tracks_climb_every_slope(world: World) -> None:
+    ground = world.ground
+    if ground.is_level:
+        return
     row, column = np.nonzero(ground.material >= 0)
-    for a, b in (
-        () if ground.is_level else ((0.75, 0.25), (0.25, 0.75))
-    ):  # in the lower and upper triangle of every cell
-        xy = ground.origin + ground.cell * (np.column_stack([column, row]) + [a, b])
+    for within in ([0.75, 0.25], [0.25, 0.75]):  # the lower and upper triangle of every cell
+        xy = ground.origin + ground.cell * (np.column_stack([column, row]) + within)
         assert ground.normal(xy)[..., 2].min() > math.cos(math.radians(20.1))
-    for sign_x, sign_y in ((1, 1), (1, -1), (-1, 1), (-1, -1)) if len(slabs) else ():
-        c, s = np.cos(slabs.yaw), np.sin(slabs.yaw)
+
+
+def tracks_climb_every_slab(world: World) -> None:
+    slabs = world.slabs
+    if not len(slabs):
+        return
+    c, s = np.cos(slabs.yaw), np.sin(slabs.yaw)
+    for sign_x, sign_y in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
         x, y = sign_x * slabs.half_extents[:, 0], sign_y * slabs.half_extents[:, 1]
         corner = slabs.centre[:, :2] + np.column_stack([c * x - s * y, s * x + c * y])
-        rise = slabs.centre[:, 2] + slabs.half_extents[:, 2] - ground.height(corner)
+        rise = slabs.centre[:, 2] + slabs.half_extents[:, 2] - world.ground.height(corner)
         assert rise.max() <= 0.09 + 1e-9
 
 
