@@ -32,12 +32,21 @@ class Fragments(NamedTuple):
     width: NDArray[np.float32]
     """Of what one tap stands for, texels, at least 1."""
     gain: NDArray[np.float32]
-    """The pixel's share of it, times its shade."""
-    texture: NDArray[np.int32]
+    """The pixel's share of it, times its shade, a tap."""
+    base: NDArray[np.int32]
+    """Where its texture begins in the bank."""
+    size: NDArray[np.int32]
+    """Side of its texture, texels."""
     pixel: NDArray[np.int32]
     """Column."""
-    value: NDArray[np.float32]
-    """(channels, n) grey levels, from `sample`."""
+    index: NDArray[np.int32]
+    """This, and what follows, is for `sample` to work with."""
+    right: NDArray[np.int32]
+    up: NDArray[np.int32]
+    share: NDArray[np.int32]
+    quad: NDArray[np.uint32]
+    total: NDArray[np.int32]
+    """(channels, n) what `sample` found."""
     sky: NDArray[np.float32]
     """(width,) the sky's share of every pixel."""
 
@@ -46,16 +55,17 @@ def room_for_row(width: int, samples: int, channels: int) -> Fragments:
     """Memory for the fragments of a row of pixels."""
     n = width * samples
     u, v, step_u, step_v, taps, footprint, gain = np.empty((7, n), dtype=np.float32)
-    texture, pixel = np.empty((2, n), dtype=np.int32)
     return Fragments(
-        u, v, step_u, step_v, taps, footprint, gain, texture, pixel,
-        value=np.empty((channels, n), dtype=np.float32), sky=np.empty(width, dtype=np.float32),
+        u, v, step_u, step_v, taps, footprint, gain, *np.empty((7, n), dtype=np.int32),
+        quad=np.empty(n, dtype=np.uint32),
+        total=np.empty((channels, n), dtype=np.int32),
+        sky=np.empty(width, dtype=np.float32),
     )  # fmt: skip
 
 
 @kernel
 def collect(
-    visible: Any, faces: Any, subsamples: Any, sizes: Any, anisotropy: Any, y: int, out: Any
+    visible: Any, faces: Any, subsamples: Any, bank: Any, anisotropy: Any, y: int, out: Any
 ) -> int:
     """Fill a row's fragments; how many there are.
 
@@ -63,7 +73,7 @@ def collect(
         visible: a `Visible`.
         faces: (S, height, width), from `cover`.
         subsamples: (S, 2) float32 of SUBSAMPLES.
-        sizes: (texture,) sides, texels.
+        bank: a `TextureBank`.
         anisotropy: float32, most taps along a footprint's longer axis.
         y: the row.
         out: `Fragments`.
@@ -74,12 +84,12 @@ def collect(
     while begin < width:
         i, end = faces[0, y, begin], _run_end(faces, y, begin)
         if end == begin:
-            n = _add_edge(visible, faces, subsamples, sizes, anisotropy, y, begin, out, n)
+            n = _add_edge(visible, faces, subsamples, bank, anisotropy, y, begin, out, n)
             end = begin + 1
         elif i < 0:
             out.sky[begin:end] = _ONE
         else:
-            n = _add(visible, i, begin, end, _ZERO, F(y), _ONE, sizes, anisotropy, out, n)
+            n = _add_run(visible, i, begin, end, F(y), bank, anisotropy, out, n)
         begin = end
     return n
 
@@ -101,7 +111,7 @@ def _add_edge(
     visible: Any,
     faces: Any,
     subsamples: Any,
-    sizes: Any,
+    bank: Any,
     anisotropy: Any,
     y: int,
     x: int,
@@ -117,7 +127,7 @@ def _add_edge(
         if count > 0 and i < 0:
             out.sky[x] = share
         elif count > 0:
-            n = _add(visible, i, x, x + 1, dx, F(y) + dy, share, sizes, anisotropy, out, n)
+            n = _add_one(visible, i, x, F(x) + dx, F(y) + dy, share, bank, anisotropy, out, n)
     return n
 
 
@@ -149,64 +159,92 @@ def _continues(visible: Any, i: int, k: int, x: Any, y: Any) -> bool:
 
 
 @kernel
-def _add(
-    visible: Any,
-    i: int,
-    begin: int,
-    end: int,
-    dx: Any,
-    y: Any,
-    share: Any,
-    sizes: Any,
-    anisotropy: Any,
-    out: Any,
-    n: int,
+def _add_run(
+    visible: Any, i: int, begin: int, end: int, y: Any, bank: Any, anisotropy: Any, out: Any, n: int
 ) -> int:
-    """Add the pixels [begin, end) of a row, sampled at x + dx and y, where face i shows.
-
-    Every operation is one that vector units have, and conditions are selections, not branches.
-    """
+    """Add the pixels [begin, end) of a row, where face i shows."""
     p, shade, texture = visible.planes32[i], visible.shade[i], visible.texture[i]
-    p0, p1, p3, p4, p7, p8 = p[0], p[1], p[3], p[4], p[7], p[8]
+    p0, p3, p7 = p[0], p[3], p[7]
+    p1, p4, p8 = p[1], p[4], p[8]
     w0, u0, v0 = p1 * y + p[2], p4 * y + p[5], p8 * y + p[9]
-    u_origin, v_origin, x0, size = p[6], p[10], F(begin) + dx, F(sizes[texture])
-    s0, su, sv = share * shade[0], share * shade[1], share * shade[2]
-    coarsest = size * _HALF
-    count = end - begin
+    u_origin, v_origin, s0, su, sv = p[6], p[10], shade[0], shade[1], shade[2]
+    size, x0, count = F(bank.sizes[texture]), F(begin), end - begin
     # Views that begin at zero: an index that may be negative would keep the loop from vectors.
     to_u, to_v = out.u[n : n + count], out.v[n : n + count]
     to_step_u, to_step_v = out.step_u[n : n + count], out.step_v[n : n + count]
     to_taps, to_width = out.taps[n : n + count], out.width[n : n + count]
     to_gain, to_pixel = out.gain[n : n + count], out.pixel[n : n + count]
-    to_texture = out.texture[n : n + count]
     for k in range(to_u.size):
         x = x0 + F(np.int32(k))
         z = _ONE / (p0 * x + w0)
         du, dv = (p3 * x + u0) * z, (p7 * x + v0) * z
         u, v = du + u_origin, dv + v_origin
-        texels = z * size  # derivatives in texels a pixel, exact
-        ux, uy = (p3 - du * p0) * texels, (p4 - du * p1) * texels
-        vx, vy = (p7 - dv * p0) * texels, (p8 - dv * p1) * texels
-        across, down = ux * ux + vx * vx, uy * uy + vy * vy
-        lying = across > down
-        longer = np.sqrt(across if lying else down)
-        shorter = np.sqrt(down if lying else across)
-        taps = F(np.int32(longer / (shorter if shorter > _ONE else _ONE) + _HALF))
-        taps = taps if taps > _ONE else _ONE
-        taps = taps if taps < anisotropy else anisotropy
-        width = longer / taps
-        width = width if width > _ONE else _ONE
-        # A step in tiles; the taps together reach over one tile at most.
-        step = _ONE / (taps * (longer if longer > size else size))
+        step_u, step_v, taps, width = _footprint(
+            p3 - du * p0, p4 - du * p1, p7 - dv * p0, p8 - dv * p1, z, size, anisotropy
+        )
         to_u[k], to_v[k] = _fraction(u), _fraction(v)
-        to_step_u[k] = (ux if lying else uy) * step
-        to_step_v[k] = (vx if lying else vy) * step
-        to_taps[k] = taps
-        to_width[k] = width if width < coarsest else coarsest
+        to_step_u[k], to_step_v[k] = step_u, step_v
+        to_taps[k], to_width[k] = taps, width
         to_gain[k] = (s0 + su * u + sv * v) / taps
-        to_texture[k] = texture
+    out.base[n : n + count], out.size[n : n + count] = bank.offsets[texture, 0], bank.sizes[texture]
+    for k in range(to_pixel.size):
         to_pixel[k] = np.int32(begin + k)
     return n + count
+
+
+@kernel
+def _add_one(
+    visible: Any,
+    i: int,
+    column: int,
+    x: Any,
+    y: Any,
+    share: Any,
+    bank: Any,
+    anisotropy: Any,
+    out: Any,
+    n: int,
+) -> int:
+    """Add a share of the pixel in a column, sampled at (x, y), where face i shows."""
+    p, shade, texture = visible.planes32[i], visible.shade[i], visible.texture[i]
+    z = _ONE / (p[0] * x + (p[1] * y + p[2]))
+    du, dv = (p[3] * x + (p[4] * y + p[5])) * z, (p[7] * x + (p[8] * y + p[9])) * z
+    u, v = du + p[6], dv + p[10]
+    size = bank.sizes[texture]
+    out.step_u[n], out.step_v[n], taps, out.width[n] = _footprint(
+        p[3] - du * p[0], p[4] - du * p[1], p[7] - dv * p[0], p[8] - dv * p[1], z, F(size),
+        anisotropy,
+    )  # fmt: skip
+    out.u[n], out.v[n], out.taps[n] = _fraction(u), _fraction(v), taps
+    out.gain[n] = share * (shade[0] + shade[1] * u + shade[2] * v) / taps
+    out.base[n], out.size[n], out.pixel[n] = bank.offsets[texture, 0], size, column
+    return n + 1
+
+
+@inlined
+def _footprint(ux: Any, uy: Any, vx: Any, vy: Any, z: Any, size: Any, anisotropy: Any) -> Any:
+    """Step between taps in u and v [tiles], number of taps and width of each [texels], from z
+    times which the derivatives of u and v by the pixel are (exact).
+
+    Every operation is one that vector units have, and conditions are selections, not branches.
+    """
+    across, down = ux * ux + vx * vx, uy * uy + vy * vy
+    lying, texels = across > down, z * size
+    longer = texels * np.sqrt(across if lying else down)
+    shorter = texels * np.sqrt(down if lying else across)
+    taps = F(np.int32(longer / (shorter if shorter > _ONE else _ONE) + _HALF))
+    taps = taps if taps > _ONE else _ONE
+    taps = taps if taps < anisotropy else anisotropy
+    width, coarsest = longer / taps, size * _HALF
+    width = width if width > _ONE else _ONE
+    # The taps together reach over one tile at most.
+    step = texels / (taps * (longer if longer > size else size))
+    return (
+        (ux if lying else uy) * step,
+        (vx if lying else vy) * step,
+        taps,
+        width if width < coarsest else coarsest,
+    )
 
 
 @inlined

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from grouser.envs.simulation.renderers.fragments import collect
-from grouser.envs.simulation.renderers.sampling import sample
+from grouser.envs.simulation.renderers.sampling import ONE, sample
 from grouser.kernels import kernel, kernel_using
 
 F = np.float32
@@ -37,7 +37,7 @@ def resolve(
     height, width, channels = image.shape
     colours = np.empty((channels, width), dtype=np.float32)
     for y in range(height):
-        n = collect(visible, faces, subsamples, bank.sizes, anisotropy, y, fragments)
+        n = collect(visible, faces, subsamples, bank, anisotropy, y, fragments)
         sample(bank, fragments, n)
         _add_up(sky, y, fragments, n, colours)
         for q in range(channels):
@@ -50,11 +50,11 @@ def resolve(
 def _add_up(sky: Any, y: int, fragments: Any, n: int, colours: Any) -> None:
     """(channels, width) the sky's share and that of every fragment."""
     for q in range(colours.shape[0]):
-        colour, value = colours[q], fragments.value[q]
+        colour, total = colours[q], fragments.total[q]
         for x in range(colour.size):
             up = sky.up[0] * F(np.int32(x)) + (sky.up[1] * F(y) + sky.up[2])
             up = up * sky.inverse_length[y, x]
             up = up if up > F(0) else F(0)
             colour[x] = fragments.sky[x] * (sky.horizon[q] + up * sky.rise[q])
         for k in range(n):
-            colour[fragments.pixel[k]] += fragments.gain[k] * value[k]
+            colour[fragments.pixel[k]] += fragments.gain[k] * (F(total[k]) * F(1 / ONE))

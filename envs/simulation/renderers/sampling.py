@@ -1,22 +1,27 @@
-"""Textures under trilinear and anisotropic filtering, for many fragments at once.
+"""Textures under trilinear and anisotropic filtering, for all fragments of a row at once.
 
 Bilinear weights have eight bits, as in graphics hardware, so that whole numbers do: two texels
-share a 32-bit word, and one multiplication weighs both. The loops have no branches.
+share a 32-bit word, and one multiplication weighs both. Loops have no branches and look nothing up
+but the texels, so that the compiler turns them into vector instructions.
 """
 
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
-from grouser.kernels import inlined, kernel
+from grouser.kernels import kernel
 
 F, N, U = np.float32, np.int32, np.uint32
-_PAIR, _LOW, _SHIFT, _BYTE = U(0x00FF00FF), U(0xFFFF), U(8), U(256)
+_TWO_TEXELS: Final = U(0x00FF00FF)
+_FOUR_THIRDS: Final = U(0xAAAAAAAC)  # modulo 2^32, of what three divides
+
+ONE: Final = 65536
+"""What `total` counts as one grey level."""
 
 
 @kernel
 def sample(bank: Any, fragments: Any, n: int) -> None:
-    """Fill in the values of the first n fragments.
+    """Fill in the totals of the first n fragments.
 
     Args:
         bank: a `TextureBank`.
@@ -25,54 +30,65 @@ def sample(bank: Any, fragments: Any, n: int) -> None:
     most = 1
     for k in range(n):
         most = max(most, int(fragments.taps[k]))
-    for q in range(bank.channels):
-        for tap in range(most):
-            _add_tap(bank, fragments, n, q, tap)
+    fragments.total[:, :n] = 0
+    for tap in range(most):
+        for coarser in range(2):
+            _locate(fragments, n, tap, coarser, bank.channels)
+            for channel in range(bank.channels):
+                _load(bank.texels, fragments, n, channel)
+                _add(fragments, n, channel)
 
 
 @kernel
-def _add_tap(bank: Any, fragments: Any, n: int, channel: int, tap: int) -> None:
-    """Add one tap of each fragment that has so many."""
-    u, v, step_u, step_v = (
-        fragments.u[:n],
-        fragments.v[:n],
-        fragments.step_u[:n],
-        fragments.step_v[:n],
+def _locate(fragments: Any, n: int, tap: int, coarser: int, channels: int) -> None:
+    """Where each fragment's tap lies on the finer or the coarser of its two levels: the index of
+    the texels, their weights, and the level's share."""
+    u, v = fragments.u[:n], fragments.v[:n]
+    step_u, step_v = fragments.step_u[:n], fragments.step_v[:n]
+    taps, bits = fragments.taps[:n], fragments.width[:n].view(np.int32)
+    base, size = fragments.base[:n], fragments.size[:n]
+    index, right, up, share = (
+        fragments.index[:n],
+        fragments.right[:n],
+        fragments.up[:n],
+        fragments.share[:n],
     )
-    bits = fragments.width[:n].view(np.int32)
-    taps, texture, value = fragments.taps[:n], fragments.texture[:n], fragments.value[channel, :n]
-    offsets, sizes, texels = bank.offsets, bank.sizes, bank.texels
-    channels = N(bank.channels)
-    first, scale = tap == 0, F(1 / 65536)
+    this, each, fine = F(tap), N(channels), coarser == 0
     for k in range(u.size):
         # A float's exponent is the level, its next eight bits the way to the level after.
-        level = N((bits[k] >> N(23)) - N(127))
-        blend = U((bits[k] >> N(15)) & N(255))
-        side = N(sizes[texture[k]] >> level)
-        away = F(tap) - F(0.5) * (taps[k] - F(1))
+        blend = N((bits[k] >> N(15)) & N(255))
+        level = N((bits[k] >> N(23)) - N(127) + N(coarser))
+        side = N(size[k] >> level)
+        last, texels = N(side - N(1)), F(side) * F(256)
+        away = this - F(0.5) * (taps[k] - F(1))
         # One tile further, so that conversion to an integer rounds down.
-        a, b = u[k] + away * step_u[k] + F(1), v[k] + away * step_v[k] + F(1)
-        fine = _bilinear(texels, offsets[texture[k], level], side, channels, channel, a, b)
-        coarse = _bilinear(
-            texels, offsets[texture[k], level + 1], N(side >> N(1)), channels, channel, a, b
-        )
-        blended = U(U(U(_BYTE - blend) * fine) + U(blend * coarse))
-        added = F(N(blended)) * scale if F(tap) < taps[k] else F(0)
-        value[k] = added if first else value[k] + added
+        x = N((u[k] + away * step_u[k] + F(1)) * texels - F(128))
+        y = N((v[k] + away * step_v[k] + F(1)) * texels - F(128))
+        right[k], up[k] = N(x & N(255)), N(y & N(255))
+        # The levels before have size^2 (1 + 1/4 + ...) texels.
+        before = N(U(U(N(size[k] * size[k])) - U(N(side * side))) * _FOUR_THIRDS)
+        within = N(N(N(y >> N(8)) & last) * side) + N(N(x >> N(8)) & last)
+        index[k] = N(base[k] + N(N(before + N(within)) * each))
+        portion = N(N(256) - blend) if fine else blend
+        share[k] = portion if this < taps[k] else N(0)
 
 
-@inlined
-def _bilinear(
-    texels: Any, offset: Any, side: Any, channels: Any, channel: int, a: Any, b: Any
-) -> Any:
-    """256 times the texture at tile coordinates (a, b) on a level."""
-    last, fine = N(side - N(1)), F(side) * F(256)
-    x, y = N(a * fine - F(128)), N(b * fine - F(128))
-    column, row = N((x >> N(8)) & last), N((y >> N(8)) & last)
-    index = N(offset + N(N(N(row * side) + column) * channels) + N(channel))
-    quad = texels[U(index)]
-    wx, wy = U(x & N(255)), U(y & N(255))
-    even, odd = U(quad & _PAIR), U(U(quad >> _SHIFT) & _PAIR)
-    pair = U(U(even * U(_BYTE - wx)) + U(odd * wx))
-    low, high = U(pair & _LOW), U(pair >> U(16))
-    return U(U(U(low * U(_BYTE - wy)) + U(high * wy)) >> _SHIFT)
+@kernel
+def _load(texels: Any, fragments: Any, n: int, channel: int) -> None:
+    index, quad = fragments.index[:n], fragments.quad[:n]
+    for k in range(index.size):
+        quad[k] = texels[U(index[k] + channel)]
+
+
+@kernel
+def _add(fragments: Any, n: int, channel: int) -> None:
+    """Add the share of what lies between the four texels of each fragment."""
+    quad, total = fragments.quad[:n], fragments.total[channel, :n]
+    right, up, share = fragments.right[:n], fragments.up[:n], fragments.share[:n]
+    for k in range(quad.size):
+        x, y = U(right[k]), U(up[k])
+        left_two, right_two = U(quad[k] & _TWO_TEXELS), U(U(quad[k] >> U(8)) & _TWO_TEXELS)
+        pair = U(U(left_two * U(U(256) - x)) + U(right_two * x))
+        low, high = U(pair & U(0xFFFF)), U(pair >> U(16))
+        between = U(U(U(low * U(U(256) - y)) + U(high * y)) >> U(8))
+        total[k] = N(total[k] + N(U(between * U(share[k]))))
