@@ -18,6 +18,7 @@ SUBSAMPLES: Final = {
 }
 """Where a pixel is sampled, px from its centre: once, or on a rotated grid of four."""
 
+_SHORT: Final = 12  # px, where vector instructions are not worth their beginning
 SKY: Final = -1
 """The face of a pixel that shows none."""
 
@@ -41,7 +42,13 @@ def cover(visible: Any, n: int, dx: float, dy: float, depth: Any, faces: Any) ->
         for row in range(first, last):
             begin, end = _span(polygon, count, row + dy, dx, width)
             w0 = plane[0] * dx + plane[1] * (row + dy) + plane[2]
-            _fill(depth[row], faces[row], begin, end, plane[0], w0, i)
+            if end - begin > _SHORT:
+                _fill(depth[row], faces[row], begin, end, plane[0], w0, i)
+            else:
+                for x in range(begin, end):
+                    w = np.float32(w0 + plane[0] * x)
+                    if w > depth[row, x]:
+                        depth[row, x], faces[row, x] = w, i
 
 
 @kernel

@@ -45,14 +45,14 @@ def project_faces(corners: Any, uv: Any, shade: Any, labels: Any, chunks: Any, v
         view: a `View`.
         visible: a `Visible` with room for all.
     """
-    camera = np.empty((4, 3))
+    camera, clipped = np.empty((4, 3)), np.empty((MAX_CORNERS, 3))
     for c in range(chunks.shape[0]):
         if not sphere_in_view(chunks[c, 2], chunks[c, 3], chunks[c, 4], chunks[c, 5], view):
             continue
         for i in range(int(chunks[c, 0]), int(chunks[c, 1])):
             for k in range(4):
                 to_camera(corners[i, k, 0], corners[i, k, 1], corners[i, k, 2], view, camera[k])
-            if faces_camera(camera) and project_polygon(camera, view, visible, n):
+            if faces_camera(camera) and project_polygon(camera, view, clipped, visible, n):
                 write_planes(camera, uv[i], view.intrinsics, visible, n)
                 for q in range(3):
                     visible.shade[n, q] = shade[i, q]
@@ -107,9 +107,9 @@ def faces_camera(p: Any) -> bool:
 
 
 @kernel
-def project_polygon(camera: Any, view: Any, visible: Any, n: int) -> bool:
-    """Write the corners of the n-th polygon; whether it may cover a sample of the image."""
-    clipped = np.empty((MAX_CORNERS, 3))
+def project_polygon(camera: Any, view: Any, clipped: Any, visible: Any, n: int) -> bool:
+    """Write the corners of the n-th polygon, by way of `clipped` (MAX_CORNERS, 3); whether it may
+    cover a sample of the image."""
     count = _clip_near(camera, view.near, clipped)
     if count < 3:
         return False

@@ -17,6 +17,7 @@ from grouser.envs.simulation.renderers.projection import (
     write_planes,
 )
 from grouser.envs.simulation.renderers.relief import CELLS_A_CHUNK
+from grouser.envs.simulation.renderers.visible import MAX_CORNERS
 from grouser.kernels import kernel, kernel_using
 
 _NODES: Final = CELLS_A_CHUNK + 1
@@ -39,6 +40,7 @@ def project_relief(relief: Any, tiles: Any, view: Any, visible: Any, n: int) -> 
     """
     rows, columns = relief.texture.shape
     nodes, pixels = np.empty((_NODES, _NODES, 3)), np.empty((_NODES, _NODES, 2))
+    triangle = np.empty((4, 3)), np.empty((4, 2)), np.empty(4), np.empty((MAX_CORNERS, 3))
     for chunk_row in range(relief.lowest.shape[0]):
         for chunk_column in range(relief.lowest.shape[1]):
             if not _chunk_in_view(relief, chunk_row, chunk_column, view):
@@ -53,7 +55,7 @@ def project_relief(relief: Any, tiles: Any, view: Any, visible: Any, n: int) -> 
                         if _may_show(nodes, pixels, r, c, half, view):
                             n = _append(
                                 relief, tiles, nodes, first_row, first_column, r, c, half, view,
-                                visible, n,
+                                triangle, visible, n,
                             )  # fmt: skip
     return n
 
@@ -120,11 +122,13 @@ def _append(
     c: int,
     half: int,
     view: Any,
+    triangle: Any,
     visible: Any,
     n: int,
 ) -> int:
-    """Append one triangle if it shows."""
-    camera, uv, lit = np.empty((4, 3)), np.empty((4, 2)), np.empty(4)
+    """Append one triangle if it shows. `triangle` is memory to work in: corners in the camera
+    frame, texture coordinates, brightness, and corners that are clipped."""
+    camera, uv, lit, clipped = triangle
     texture = relief.texture[first_row + r, first_column + c]
     for k in range(4):
         row, column = r + _TRIANGLES[half, k, 0], c + _TRIANGLES[half, k, 1]
@@ -132,7 +136,7 @@ def _append(
         uv[k, 0] = (relief.origin[0] + (first_column + column) * relief.cell) / tiles[texture]
         uv[k, 1] = (relief.origin[1] + (first_row + row) * relief.cell) / tiles[texture]
         lit[k] = relief.shade[first_row + row, first_column + column]
-    if not (faces_camera(camera) and project_polygon(camera, view, visible, n)):
+    if not (faces_camera(camera) and project_polygon(camera, view, clipped, visible, n)):
         return n
     write_planes(camera, uv, view.intrinsics, visible, n)
     _write_shade(uv, lit, visible.shade[n])
