@@ -14,10 +14,14 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from grouser.scripts import benchmark_environment, benchmark_odometry
+from grouser.scripts import benchmark_environment, benchmark_images, benchmark_odometry
 from grouser.scripts.benchmark_timing import Figures
 
-_MEASUREMENTS = (*benchmark_odometry.MEASUREMENTS, *benchmark_environment.MEASUREMENTS)
+_MEASUREMENTS = (
+    *benchmark_odometry.MEASUREMENTS,
+    *benchmark_environment.MEASUREMENTS,
+    *benchmark_images.MEASUREMENTS,
+)
 
 
 @dataclass(frozen=True)
@@ -34,7 +38,7 @@ class Benchmark:
     """
 
     only: Annotated[str | None, tyro.conf.arg(metavar="NAME")] = None
-    """One figure, or those of one part: odometry or environment. All when left out."""
+    """One figure, or those of one part: odometry, environment or images. All when left out."""
     output: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """JSON file for the figures: name to value and unit."""
 
@@ -52,7 +56,7 @@ class Benchmark:
 
     def _problem(self) -> str | None:
         if not _wanted(self.only):
-            known = ", ".join(["odometry", "environment", *_wanted(None)])
+            known = ", ".join(["odometry", "environment", "images", *_wanted(None)])
             return f"there is no figure {self.only!r}; there are: {known}"
         if self.output is not None and not self.output.absolute().parent.is_dir():
             return f"--output: there is no folder {self.output.absolute().parent}; make it first"

@@ -39,7 +39,7 @@ class Fragments(NamedTuple):
     """Side of its texture, texels."""
     pixel: NDArray[np.int32]
     """Column."""
-    index: NDArray[np.int32]
+    address: NDArray[np.int32]
     """This, and what follows, is for `sample` to work with."""
     right: NDArray[np.int32]
     up: NDArray[np.int32]
@@ -55,8 +55,9 @@ def room_for_row(width: int, samples: int, channels: int) -> Fragments:
     """Memory for the fragments of a row of pixels."""
     n = width * samples
     u, v, step_u, step_v, taps, footprint, gain = np.empty((7, n), dtype=np.float32)
+    base, size, pixel, address, right, up, share = np.empty((7, n), dtype=np.int32)
     return Fragments(
-        u, v, step_u, step_v, taps, footprint, gain, *np.empty((7, n), dtype=np.int32),
+        u, v, step_u, step_v, taps, footprint, gain, base, size, pixel, address, right, up, share,
         quad=np.empty(n, dtype=np.uint32),
         total=np.empty((channels, n), dtype=np.int32),
         sky=np.empty(width, dtype=np.float32),

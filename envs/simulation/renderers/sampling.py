@@ -41,14 +41,14 @@ def sample(bank: Any, fragments: Any, n: int) -> None:
 
 @kernel
 def _locate(fragments: Any, n: int, tap: int, coarser: int, channels: int) -> None:
-    """Where each fragment's tap lies on the finer or the coarser of its two levels: the index of
+    """Where each fragment's tap lies on the finer or the coarser of its two levels: the address of
     the texels, their weights, and the level's share."""
     u, v = fragments.u[:n], fragments.v[:n]
     step_u, step_v = fragments.step_u[:n], fragments.step_v[:n]
     taps, bits = fragments.taps[:n], fragments.width[:n].view(np.int32)
     base, size = fragments.base[:n], fragments.size[:n]
-    index, right, up, share = (
-        fragments.index[:n],
+    address, right, up, share = (
+        fragments.address[:n],
         fragments.right[:n],
         fragments.up[:n],
         fragments.share[:n],
@@ -68,16 +68,16 @@ def _locate(fragments: Any, n: int, tap: int, coarser: int, channels: int) -> No
         # The levels before have size^2 (1 + 1/4 + ...) texels.
         before = N(U(U(N(size[k] * size[k])) - U(N(side * side))) * _FOUR_THIRDS)
         within = N(N(N(y >> N(8)) & last) * side) + N(N(x >> N(8)) & last)
-        index[k] = N(base[k] + N(N(before + N(within)) * each))
+        address[k] = N(base[k] + N(N(before + N(within)) * each))
         portion = N(N(256) - blend) if fine else blend
         share[k] = portion if this < taps[k] else N(0)
 
 
 @kernel
 def _load(texels: Any, fragments: Any, n: int, channel: int) -> None:
-    index, quad = fragments.index[:n], fragments.quad[:n]
-    for k in range(index.size):
-        quad[k] = texels[U(index[k] + channel)]
+    address, quad = fragments.address[:n], fragments.quad[:n]
+    for k in range(address.size):
+        quad[k] = texels[U(address[k] + channel)]
 
 
 @kernel
