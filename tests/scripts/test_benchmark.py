@@ -31,7 +31,7 @@ def test_figures_go_to_json(name: str, figures: set[str], tmp_path: Path) -> Non
     [
         (
             Benchmark(only="odometer"),
-            "there is no figure 'odometer'; there are: odometry, environment, odom",
+            "there is no figure 'odometer'; there are: odometry, environment, images, odom",
         ),
         (Benchmark(output=Path("/nowhere/figures.json")), "there is no folder /nowhere; make it"),
     ],
