@@ -99,10 +99,19 @@ def _stereo() -> StereoCamera:
 
 
 def _caption(title: str, words: str, width: int) -> Image:
+    """Two lines, the lower one faded, on a strip (44, width, 3)."""
     large: Any = np.full((_CAPTION * _TEXT_FINENESS, width * _TEXT_FINENESS, 3), _PAPER, np.uint8)
-    font, smooth = cv2.FONT_HERSHEY_DUPLEX, cv2.LINE_AA
-    base, thickness = 0.55 * _TEXT_FINENESS, _TEXT_FINENESS
-    cv2.putText(large, title, (0, 17 * _TEXT_FINENESS), font, base, _INK, thickness, smooth)
-    small = 0.42 * _TEXT_FINENESS
-    cv2.putText(large, words, (0, 36 * _TEXT_FINENESS), font, small, _FADED, 1, smooth)
+    _write_line(large, title, 17, 0.55, _INK, thickness=2)
+    _write_line(large, words, 36, 0.42, _FADED, thickness=1)
     return np.asarray(cv2.resize(large, (width, _CAPTION), interpolation=cv2.INTER_AREA), np.uint8)
+
+
+def _write_line(
+    large: Any, words: str, bottom: int, size: float, colour: tuple[int, int, int], thickness: int
+) -> None:
+    """Write words on the paper, smaller than asked for where they would not fit."""
+    font, scale = cv2.FONT_HERSHEY_DUPLEX, size * _TEXT_FINENESS
+    (needed, _), _ = cv2.getTextSize(words, font, scale, thickness)
+    scale *= min(1.0, large.shape[1] / max(needed, 1))
+    corner = (0, bottom * _TEXT_FINENESS)
+    cv2.putText(large, words, corner, font, scale, colour, thickness, cv2.LINE_AA)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from grouser.envs.simulation.world import World
 from grouser.envs.simulation.worlds.registry import make_world, world_names
 from grouser.scripts.cli import main
-from grouser.scripts.contact_sheet import describe, sheet
+from grouser.scripts.contact_sheet import describe, sheet, world_cell
 from grouser.scripts.world_overview import Overview
 
 SIZE = 330
@@ -86,6 +86,19 @@ def test_captions_tell_ground_things_and_relief() -> None:
     assert words.startswith("grass 90% + mud 10%, ")
     assert " cylinders, " in words and " slabs, relief " in words and " deg" in words
     assert "1 slab, level" in describe(made("room"))
+
+
+def test_a_long_caption_is_written_smaller() -> None:
+    """Where it would run over the edge, that is: the last words are as readable as the first."""
+    world = made("rubble")
+    ink = [
+        np.flatnonzero(
+            np.any(world_cell(world, "t", words, renderer="raster")[22:44] < 200, (0, 2))
+        )
+        for words in ("a word", "a word " * 20, "a word " * 30)
+    ]
+    assert ink[0].max() < 100
+    assert all(740 < columns.max() < 780 for columns in ink[1:])
 
 
 def test_cells_are_laid_out_row_by_row() -> None:
