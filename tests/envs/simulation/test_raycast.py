@@ -37,9 +37,7 @@ def with_posts(world: World, centre: Array, radius: Array, half_height: Array) -
     return replace(world, cylinders=Cylinders(centre, radius, half_height, texture))
 
 
-def on_hills(
-    world: World, rng: np.random.Generator, *, cells: int = 12, cell: float = 0.5
-) -> World:
+def on_hills(world: World, rng: np.random.Generator) -> World:
     """Rough ground around the origin."""
     cells, cell = 12, 0.5
     heights = rng.uniform(-0.4, 0.4, (cells + 1, cells + 1))
