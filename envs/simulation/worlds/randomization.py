@@ -7,6 +7,7 @@ import difflib
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from numbers import Real
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +43,7 @@ def randomization_strengths(randomize: str | Iterable[str] | Mapping[str, float]
             raise ValueError(
                 f"nothing named {name!r} can be randomised; {hint}known: {', '.join(RANDOMIZABLE)}"
             )
-        if not 0 <= strength <= 1:
+        if not (isinstance(strength, Real) and 0 <= float(strength) <= 1):
             raise ValueError(f"randomize[{name!r}] must be in [0, 1], got {strength!r}")
     return {name: float(given.get(name, 0.0)) for name in RANDOMIZABLE}
 

@@ -2,6 +2,7 @@
 
 import difflib
 from collections.abc import Callable, Iterable, Mapping
+from numbers import Real
 from typing import NamedTuple
 
 import numpy as np
@@ -74,7 +75,8 @@ def make_world(
         terrain: a material that the ground shall be of everywhere, or "mixed": patches of all
             materials; None leaves it to the kind.
         randomize: which of RANDOMIZABLE to vary, or how much of each: a mapping to [0, 1]. One
-            more or less changes nothing else of the world, but for the number of obstacles.
+            more or less changes nothing else of the world, except that with another clutter things
+            stand elsewhere.
 
     Raises:
         ValueError: an unknown name, terrain or kind of randomisation (the message lists those
@@ -115,5 +117,5 @@ def _require_known(name: str) -> None:
 
 
 def _require_difficulty(difficulty: float) -> None:
-    if not 0 <= difficulty <= 1:
+    if not (isinstance(difficulty, Real) and 0 <= difficulty <= 1):
         raise ValueError(f"difficulty must be in [0, 1], from easy to hard, got {difficulty!r}")

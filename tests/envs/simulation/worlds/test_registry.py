@@ -71,8 +71,10 @@ def test_every_world_is_described_in_one_line() -> None:
         ({"name": "yrad"}, r"no world is named 'yrad'; did you mean 'yard'\? known: .*yard"),
         ({"difficulty": 1.5}, r"difficulty must be in \[0, 1\], from easy to hard, got 1.5"),
         ({"difficulty": float("nan")}, r"difficulty must be in \[0, 1\], from easy to hard, got"),
+        ({"difficulty": "hard"}, r"difficulty must be in \[0, 1\], from easy to hard, got 'hard'"),
         ({"terrain": "lava"}, "no terrain is named 'lava'; known: gravel, .*ice; or 'mixed'"),
         ({"randomize": ["lihgt"]}, r"named 'lihgt' can be randomised; did you mean 'light'\?"),
+        ({"randomize": {"light": "a bit"}}, r"randomize\['light'\] must be in \[0, 1\], got 'a"),
         ({"randomize": {"light": 2}}, r"randomize\['light'\] must be in \[0, 1\], got 2"),
     ],
 )
