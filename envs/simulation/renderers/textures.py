@@ -6,13 +6,14 @@ what stands where, not by the grain of its gravel, and a reset costs no texture.
 
 from collections.abc import Sequence
 from functools import cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grouser.envs.simulation.materials import TEXTURES
-from grouser.kernels import kernel
+from grouser.envs.simulation.renderers import grains
+from grouser.envs.simulation.renderers.grains import Image
 
 METRES_PER_TEXEL = 1 / 256
 """One size of texel for all textures, m."""
@@ -33,8 +34,6 @@ _TINTS = (
     (0.6, 1, 0.45),
 )
 LUMA = np.array([0.299, 0.587, 0.114])
-
-Image = NDArray[np.float64]
 
 
 class TextureBank(NamedTuple):
@@ -74,18 +73,20 @@ def texture_metres() -> NDArray[np.float64]:
 def _greys() -> list[Image]:
     rngs = dict(zip(TEXTURES, np.random.default_rng(_SEED).spawn(len(TEXTURES)), strict=True))
     return [
-        _stones(rngs["gravel"], size=1024, cells=96),  # twice as large: the ground repeats most
-        _bricks(rngs["brick"], size=512, rows=16, columns=8),
-        _grain(rngs["plaster"], size=512),
-        _stones(rngs["pebbles"], size=512, cells=20),
-        _bricks(rngs["blocks"], size=512, rows=8, columns=4),
-        _grain(rngs["concrete"], size=512),
-        _stones(rngs["asphalt"], size=512, cells=96),
-        _grain(rngs["grass"], size=512),
-        _grain(rngs["mud"], size=512),
-        _grain(rngs["ice"], size=512),
-        _bricks(rngs["bark"], size=512, rows=8, columns=16),
-        _stones(rngs["foliage"], size=512, cells=48),
+        grains.stones(
+            rngs["gravel"], size=1024, cells=96
+        ),  # twice as large: the ground repeats most
+        grains.bricks(rngs["brick"], size=512, rows=16, columns=8),
+        grains.grain(rngs["plaster"], size=512),
+        grains.stones(rngs["pebbles"], size=512, cells=20),
+        grains.bricks(rngs["blocks"], size=512, rows=8, columns=4),
+        grains.grain(rngs["concrete"], size=512),
+        grains.stones(rngs["asphalt"], size=512, cells=128, tones=(45, 150), gap=1.5),
+        grains.blades(rngs["grass"], size=512, count=6000, length=28),
+        grains.wet(rngs["mud"], size=512),
+        grains.frozen(rngs["ice"], size=512),
+        grains.furrows(rngs["bark"], size=512),
+        grains.leaves(rngs["foliage"], size=512, count=2200, length=34),
     ]
 
 
@@ -120,67 +121,3 @@ def pyramid(image: Image) -> list[Image]:
         fine = levels[-1]
         levels.append((fine[::2, ::2] + fine[1::2, ::2] + fine[::2, 1::2] + fine[1::2, 1::2]) / 4)
     return levels
-
-
-# --- the grains ----------------------------------------------------------------------------------
-
-
-def _coloured_noise(rng: np.random.Generator, size: int, slope: float, lowest: float) -> Image:
-    """Periodic noise of variance 1, amplitude spectrum f^-slope above `lowest` cycles a tile."""
-    f = np.fft.fftfreq(size) * size
-    frequency = np.hypot(f[:, None], f[None, :])
-    amplitude = np.where(frequency >= lowest, np.maximum(frequency, 1) ** -slope, 0)
-    noise = np.fft.ifft2(np.fft.fft2(rng.standard_normal((size, size))) * amplitude).real
-    return np.asarray((noise - noise.mean()) / noise.std())
-
-
-def _grain(rng: np.random.Generator, *, size: int) -> Image:
-    """Plaster or concrete: patches with a fine grain on them."""
-    patches, fine = _coloured_noise(rng, size, 1.2, 2), _coloured_noise(rng, size, 0.4, 8)
-    return np.clip(128 + 27 * patches + 22 * fine, 0, 255)
-
-
-def _bricks(rng: np.random.Generator, *, size: int, rows: int, columns: int) -> Image:
-    """Courses of bricks of different tones in light mortar, every second one shifted by half."""
-    mortar = 4
-    course, column = np.divmod(np.arange(size), size // rows), size // columns
-    shift = np.where(course[0] % 2 == 1, column // 2, 0)
-    across = (np.arange(size)[None, :] - shift[:, None]) % size
-    tones = rng.uniform(60, 140, (rows, columns))[course[0][:, None], across // column]
-    joint = (course[1][:, None] < mortar) | (across % column < mortar)
-    image = np.where(joint, 190.0, tones) + 14 * _coloured_noise(rng, size, 0.6, 4)
-    return np.clip(image, 0, 255)
-
-
-def _stones(rng: np.random.Generator, *, size: int, cells: int) -> Image:
-    """Stones of different tones with dark gaps: cellular noise (Worley, SIGGRAPH 1996)."""
-    seeds = rng.random((cells, cells, 2))
-    tones = rng.uniform(60, 230, cells * cells)
-    owner, to_gap = np.empty((size, size), dtype=np.int64), np.empty((size, size))
-    _nearest_seeds(seeds, owner, to_gap)
-    gap = np.clip(to_gap * (size / cells) / 4, 0, 1)  # four texels wide
-    image = tones[owner] * (0.25 + 0.75 * gap) + 8 * rng.standard_normal((size, size))
-    return np.clip(image, 0, 255)
-
-
-@kernel
-def _nearest_seeds(seeds: Any, owner: Any, to_gap: Any) -> None:
-    """For every texel, the nearest of the seeds, which lie one in each cell of a periodic grid,
-    and how much nearer it is than the second, in cells."""
-    cells, size = seeds.shape[0], owner.shape[0]
-    for row in range(size):
-        y = (row + 0.5) * cells / size
-        for column in range(size):
-            x = (column + 0.5) * cells / size
-            nearest, second = np.inf, np.inf
-            for r in range(int(y) - 1, int(y) + 2):
-                for c in range(int(x) - 1, int(x) + 2):
-                    rr, cc = r % cells, c % cells
-                    dx, dy = c + seeds[rr, cc, 0] - x, r + seeds[rr, cc, 1] - y
-                    distance = np.sqrt(dx * dx + dy * dy)
-                    if distance < nearest:
-                        nearest, second = distance, nearest
-                        owner[row, column] = rr * cells + cc
-                    elif distance < second:
-                        second = distance
-            to_gap[row, column] = second - nearest
