@@ -1,7 +1,7 @@
 """`grouser/TrackedRobot-v0`: a tracked robot in a world, with sensors and without a task."""
 
-from collections.abc import Iterable, Sequence
-from numbers import Integral, Real
+import copy
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import gymnasium as gym
@@ -10,15 +10,21 @@ from gymnasium import spaces
 from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 from numpy.typing import NDArray
 
-from grouser.envs.sensors.schedule import Schedule
+from grouser.envs.sensors.schedule import Fault, Schedule
 from grouser.envs.sensors.suite import DEFAULT_SENSORS, SENSORS, SensorSuite, known_sensors
 from grouser.envs.simulation.chase import ChaseView
 from grouser.envs.simulation.motion import instantaneous_centres, longitudinal_slip
-from grouser.envs.simulation.robot import RobotModel, TrackedRobot
+from grouser.envs.simulation.renderers.base import Renderer
+from grouser.envs.simulation.renderers.pinhole import Pinhole
+from grouser.envs.simulation.renderers.registry import known_renderer, make_renderer
+from grouser.envs.simulation.robot import TrackedRobot
+from grouser.envs.simulation.robot_model import RobotModel
 from grouser.envs.simulation.robot_rig import robot_rig
 from grouser.envs.simulation.window import Window
 from grouser.envs.simulation.world import World
-from grouser.envs.simulation.worlds.registry import make_world, world_names
+from grouser.envs.simulation.worlds.recipe import WorldRecipe
+from grouser.envs.tracked_robot_arguments import checked_action, checked_image_size, known_mode
+from grouser.envs.tracked_robot_state import TrackedRobotState
 from grouser.geometry import Array, inverse_transform, project
 from grouser.kernels import announce
 from grouser.rig import Rig
@@ -31,7 +37,7 @@ CONTROL_DT = 0.1
 
 
 class TrackedRobotEnv(gym.Env[Observation, Action]):
-    """A tracked robot of 40 kg on gravel, among boxes and walls.
+    """A tracked robot of 40 kg in a world of obstacles, on ground that gives way.
 
     The action is the speed of the left and right track as a fraction of the top speed (0.5 m/s),
     which the motors follow with a lag of 0.1 s; what is beyond [-1, 1] is clipped, as a motor
@@ -40,25 +46,34 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
 
     `info` holds the truth, for scoring only: `true_pose` (3,) and `true_pose_3d` (4, 4) in the
     frame of the start, `start_pose` (3,) of that frame in the world, `true_twist` (3,) forward,
-    left and yaw rate, `slip` (2,) and `icr` (3,) as `grouser.envs.simulation.motion` defines them
-    (all three are means over the step), `contacts` and `collision`.
+    left and yaw rate, `track_speed` (2,), `slip` (2,), `icr` (3,) and `effective_width` as
+    `grouser.envs.simulation.motion` defines them (all means over the step), `contacts` and
+    `collision`.
 
     Args:
-        world: kind of world; a new one is generated at every reset.
+        world: kind of world, of `world_names()`; a new one is generated at every reset.
+        difficulty: how hard the world is, from 0 to 1.
+        terrain: None for the world's own ground; a material of `MATERIAL_NAMES` everywhere; or
+            "mixed", patches of all of them.
+        randomize: what varies from one reset to the next beyond the world itself, by name or by
+            name and strength in [0, 1]: texture, light, clutter, friction, sensor_noise.
+        dynamics: "bullet", or "fast": the same track law on a rigid body of our own.
+        renderer: "raster", or "opengl" (needs the extra `opengl`).
         sensors: keys of the observation, of SENSORS (and `stamp`, which is there anyway); the
             others are not computed.
         image_size: width and height of the images, px.
         color: RGB images instead of grey ones.
+        effects: how much is wrong with sensors and tracks all the time, by name in
+            `grouser.envs.sensors.effects.EFFECTS`: {"stereo.motion_blur": 0.01}.
+        faults: what goes wrong for a while: {"what": "stereo.darkness", "start": 5.0, "end": 8.0,
+            "amount": 0.9}, s since reset.
+        timing: rates [Hz] and latencies [s] of sensors: {"lidar.rate": 5.0, "gps.latency": 0.2}.
         render_mode: None, "rgb_array" (a view from behind), or "human" (the same in a window).
-        image_noise: standard deviation of the images' read noise, grey levels.
-        track_noise: white noise of the track increments, as a fraction of them.
-        track_resolution: length of track between two encoder counts, m.
-        lidar_noise, lidar_bearing_noise: standard deviations of range [m] and bearing [rad].
-        acceleration_noise, rate_noise: of the imu, m/s^2 and rad/s.
 
     Raises:
-        ValueError: an unknown world, sensor or render mode (the message lists those there are),
-            or a size or a noise that is out of range.
+        ValueError: a name that is not known (the message lists those that are), or a size, an
+            amount or a time that is out of range.
+        ImportError: what the renderer or the window needs is not installed; it says how to.
     """
 
     metadata: dict[str, Any] = {
@@ -70,57 +85,61 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
         self,
         *,
         world: str = "yard",
+        difficulty: float = 0.5,
+        terrain: str | None = None,
+        randomize: Iterable[str] | Mapping[str, float] = (),
+        dynamics: str = "bullet",
+        renderer: str = "raster",
         sensors: Iterable[str] = DEFAULT_SENSORS,
         image_size: Sequence[int] = (320, 240),
         color: bool = False,
+        effects: Mapping[str, float] | None = None,
+        faults: Sequence[Mapping[str, Any] | Fault] = (),
+        timing: Mapping[str, float] | None = None,
         render_mode: str | None = None,
-        image_noise: float = 1.5,
-        track_noise: float = 0.01,
-        track_resolution: float = 1e-4,
-        lidar_noise: float = 0.01,
-        lidar_bearing_noise: float = 1e-3,
-        acceleration_noise: float = 0.05,
-        rate_noise: float = 2e-3,
     ) -> None:
-        self._world_name, self._keys = _known_world(world), known_sensors(sensors)
-        self.render_mode = self._known_render_mode(render_mode)
-        _require_noises(
-            image_noise=image_noise,
-            track_noise=track_noise,
-            lidar_noise=lidar_noise,
-            lidar_bearing_noise=lidar_bearing_noise,
-            acceleration_noise=acceleration_noise,
-            rate_noise=rate_noise,
-        )
-        self._schedule = Schedule(
-            {
-                "stereo.read_noise": image_noise,
-                "tracks.noise": track_noise,
-                "tracks.resolution": track_resolution,
-                "lidar.range_noise": lidar_noise,
-                "lidar.bearing_noise": lidar_bearing_noise,
-                "imu.acceleration_noise": acceleration_noise,
-                "imu.rate_noise": rate_noise,
-            }
-        )
+        self._recipe = WorldRecipe(world, difficulty, terrain, randomize)
+        self.render_mode = known_mode(render_mode, self.metadata["render_modes"])
+        self._renderer = known_renderer(renderer)
+        self._schedule = Schedule(effects, faults)
         self._model = RobotModel()
         self.rig: Rig = robot_rig(
             self._model,
             dt=CONTROL_DT,
-            image_size=_checked_size(image_size),
+            image_size=checked_image_size(image_size),
             amounts=self._schedule.steady,
         )
         self._suite = SensorSuite(
-            self.rig, self._keys, color=color, fastest_track=2 * self._model.top_speed
+            self.rig,
+            known_sensors(sensors),
+            renderer=self._renderer,
+            color=color,
+            timing=timing,
+            fastest_track=2 * self._model.top_speed,
         )
         self.observation_space: spaces.Dict = self._suite.space
         self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
         announce()
+        self._settings = {
+            "world": world,
+            "difficulty": difficulty,
+            "terrain": terrain,
+            "randomize": self._recipe.randomize,
+            "dynamics": dynamics,
+            "sensors": known_sensors(sensors),
+            "image_size": checked_image_size(image_size),
+            "color": bool(color),
+            "renderer": renderer,
+            "effects": dict(effects or {}),
+            "faults": self._schedule.faults,
+            "timing": dict(timing or {}),
+        }
         self._window = self._open_window()
-        self._robot = TrackedRobot(self._model, dt=CONTROL_DT)
+        self._robot = TrackedRobot(self._model, dt=CONTROL_DT, dynamics=dynamics)
         self._closed = False
         self._world: World | None = None
         self._chase: ChaseView | None = None
+        self._ideal_eye: Renderer | None = None
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -135,14 +154,16 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
             raise ValueError(f"reset takes no options, got {sorted(options)}")
         super().reset(seed=seed)
         # One generator a key, asked for or not: leaving a sensor out changes no other's noise.
-        world_rng, *sensor_rngs = self.np_random.spawn(1 + len(SENSORS))
-        self._world = make_world(self._world_name, world_rng)
-        self._chase = None
-        self._motion = self._robot.enter(self._world)
+        world_rng, *sensor_rngs, noise_rng = self.np_random.spawn(2 + len(SENSORS))
+        self._take(self._recipe.make(world_rng))
+        self._motion = self._robot.enter(self.world)
         self._n_steps = 0
-        self._T_start_world = inverse_transform(self._motion.T_world_base)
-        self._start_pose = project(self._motion.T_world_base)
-        self._suite.enter(self._world, dict(zip(SENSORS, sensor_rngs, strict=True)))
+        self._locate(self._motion.T_world_base)
+        self._suite.enter(
+            self.world,
+            dict(zip(SENSORS, sensor_rngs, strict=True)),
+            noise_scale=self._recipe.noise_scale(noise_rng),
+        )
         self._show()
         return self._observe(), self._info()
 
@@ -155,11 +176,76 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
             ClosedEnvironmentError: `close` was called.
         """
         self._require_reset()
-        speed = self._model.top_speed * _checked_action(action)
-        self._motion = self._robot.step(speed)
+        speed = self._model.top_speed * checked_action(action)
+        amounts = self._schedule.at(self._n_steps * CONTROL_DT)
+        self._motion = self._robot.step(
+            speed, power=_remaining(amounts, "power"), traction=_remaining(amounts, "traction")
+        )
         self._n_steps += 1
         self._show()
         return self._observe(), 0.0, False, False, self._info()
+
+    def save_state(self) -> TrackedRobotState:
+        """Everything that the rest of the episode depends on, generators included; picklable.
+
+        Raises:
+            ResetNeeded: `reset` was not called yet.
+            ClosedEnvironmentError: `close` was called.
+        """
+        self._require_reset()
+        assert self._world is not None
+        return TrackedRobotState(
+            settings=self._settings,
+            world=self._world,
+            n_steps=self._n_steps,
+            motion=self._motion,
+            start=self._T_world_start,
+            robot=self._robot.save(),
+            sensors=self._suite.save(),
+            generator=copy.deepcopy(self.np_random),
+        )
+
+    def restore_state(self, state: TrackedRobotState) -> None:
+        """Go back to a saved state: the episode goes on bit for bit as it did from there.
+
+        The state may come from another environment, or another process, with the same settings;
+        no `reset` is needed. (A wrapper that counts steps goes on counting its own.)
+
+        Raises:
+            ValueError: the state is one of other settings; the message says which differ.
+            ClosedEnvironmentError: `close` was called.
+        """
+        self._require_open()
+        state.require_settings(self._settings)
+        if state.world is not self._world:
+            self._take(state.world)
+        self._motion, self._n_steps = state.motion, state.n_steps
+        self._locate(state.start)
+        self._robot.restore(state.robot, state.world)
+        self._suite.restore(state.sensors, state.world)
+        self.np_random = copy.deepcopy(state.generator)
+        self._show()
+
+    @property
+    def world(self) -> World:
+        """What stands where: a map for planners and drawings, not for estimators.
+
+        Raises:
+            ResetNeeded: `reset` was not called yet.
+        """
+        self._require_reset()
+        assert self._world is not None
+        return self._world
+
+    def depth(self) -> NDArray[np.float32]:
+        """(H, W) distance along the optical axis of what the left camera ideally sees, m; inf for
+        the sky. For learning and for tests."""
+        return self._left_eye().depth(self._T_world_camera())
+
+    def segmentation(self) -> NDArray[np.int32]:
+        """(H, W) what the left camera ideally sees: 0 sky, 1 ground, then 2 + the index into the
+        world's solids, cylinders and slabs, one after another."""
+        return self._left_eye().segmentation(self._T_world_camera())
 
     def render(self) -> NDArray[np.uint8] | None:
         """A view from behind, RGB (480, 640, 3); None in a window or without a render mode."""
@@ -170,6 +256,8 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
         """Free physics, threads and window; a second call does nothing."""
         self._robot.close()
         self._suite.close()
+        if self._ideal_eye is not None:
+            self._ideal_eye.close()
         if self._window is not None:
             self._window.close()
         self._closed = True
@@ -181,37 +269,60 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
     def _info(self) -> dict[str, Any]:
         motion = self._motion
         T_start_base = self._T_start_world @ motion.T_world_base
+        icr = instantaneous_centres(motion)
         return {
             "true_pose": project(T_start_base),
             "true_pose_3d": T_start_base,
             "true_twist": motion.twist.copy(),
+            "track_speed": motion.track_speed.copy(),
             "slip": longitudinal_slip(motion, self._model.tracks.gauge),
-            "icr": instantaneous_centres(motion),
+            "icr": icr,
+            "effective_width": float(icr[0] - icr[1]),
             "contacts": motion.contacts,
             "collision": motion.collision,
             "start_pose": self._start_pose.copy(),
         }
+
+    def _locate(self, T_world_start: Array) -> None:
+        """The frame of the start is here."""
+        self._T_world_start = T_world_start
+        self._T_start_world = inverse_transform(T_world_start)
+        self._start_pose = project(T_world_start)
+
+    def _take(self, world: World) -> None:
+        """From here on this is the world."""
+        if self._ideal_eye is not None:
+            self._ideal_eye.close()
+        self._world, self._chase, self._ideal_eye = world, None, None
+
+    def _left_eye(self) -> Renderer:
+        """Of the camera as the rig describes it, without effects or faults."""
+        world, camera = self.world, self.rig.stereo
+        assert camera is not None
+        if self._ideal_eye is None:
+            pinhole = Pinhole(
+                camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy
+            )
+            self._ideal_eye = make_renderer(self._renderer, world, pinhole, color=False)
+        return self._ideal_eye
+
+    def _T_world_camera(self) -> Array:
+        assert self.rig.stereo is not None
+        return self._motion.T_world_base @ self.rig.stereo.T_base_camera
 
     def _show(self) -> None:
         if self._window is not None:
             self._window.show(self._chase_frame())
 
     def _chase_frame(self) -> NDArray[np.uint8]:
-        assert self._world is not None
         if self._chase is None:
-            self._chase = ChaseView(self._world, self._model)
+            self._chase = ChaseView(self.world, self._model)
         return self._chase.frame(self._motion.T_world_base)
 
     def _open_window(self) -> Window | None:
         if self.render_mode != "human":
             return None
         return Window("Grouser", fps=self.metadata["render_fps"])
-
-    def _known_render_mode(self, mode: str | None) -> str | None:
-        modes = self.metadata["render_modes"]
-        if mode is not None and mode not in modes:
-            raise ValueError(f"no render mode is named {mode!r}; known: None, {', '.join(modes)}")
-        return mode
 
     def _require_open(self) -> None:
         if self._closed:
@@ -223,32 +334,6 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
             raise ResetNeeded("call reset() before step() or render()")
 
 
-def _known_world(name: str) -> str:
-    if name not in world_names():
-        make_world(name, np.random.default_rng(0))  # raises, and says which there are
-    return name
-
-
-def _require_noises(**noises: float) -> None:
-    for name, value in noises.items():
-        if not (isinstance(value, Real) and 0 <= value < np.inf):
-            raise ValueError(f"{name} must be 0 or more, got {value!r}")
-
-
-def _checked_size(size: Sequence[int]) -> tuple[int, int]:
-    listed = tuple(size) if isinstance(size, Iterable) else ()
-    if len(listed) != 2 or not all(isinstance(n, Integral) and 16 <= n <= 4096 for n in listed):
-        raise ValueError(
-            f"image_size must be width and height, whole numbers from 16 to 4096, got {size!r}"
-        )
-    return int(listed[0]), int(listed[1])
-
-
-def _checked_action(action: Action) -> Array:
-    values = np.asarray(action, dtype=np.float64)
-    if values.shape != (2,) or not np.all(np.isfinite(values)):
-        raise ValueError(
-            "an action is two finite numbers, the left and right track's speed as a fraction of "
-            f"the top speed, got {action!r}"
-        )
-    return np.clip(values, -1.0, 1.0)
+def _remaining(amounts: Mapping[str, float], what: str) -> tuple[float, float]:
+    """Of the left and right track's power or traction, after what is lost of it."""
+    return 1 - amounts[f"left_track.{what}_loss"], 1 - amounts[f"right_track.{what}_loss"]

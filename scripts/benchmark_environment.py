@@ -1,7 +1,8 @@
 """How fast the simulated robot runs, and how much faster than what most would write."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from itertools import cycle
+from typing import Any, Protocol
 
 import numpy as np
 from gymnasium.utils.seeding import np_random
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from grouser.envs.sensors.lidar import PlanarLidar
 from grouser.envs.sensors.schedule import Schedule
 from grouser.envs.sensors.stereo import EYES, Stereo
-from grouser.envs.sensors.suite import DEFAULT_SENSORS, SENSORS
+from grouser.envs.sensors.suite import SENSORS
 from grouser.envs.simulation.motion import Motion
 from grouser.envs.simulation.robot import RobotModel, TrackedRobot
 from grouser.envs.simulation.world import World
@@ -21,48 +22,43 @@ from grouser.scripts.naive_stack import NaiveStack
 
 _SEED = 0
 _ROUNDS = 8
+_BLIND = ("tracks", "lidar", "imu")
 
 
-def whole_environment() -> Figures:
-    """Steps a second with stereo 320x240, lidar, tracks and imu, and those of the naive stack.
-
-    The two take turns in the same yard, so that whatever else the machine does slows both.
-    """
-    env = TrackedRobotEnv()
-    env.reset(seed=_SEED)
-    naive = NaiveStack(_world(), env.rig, RobotModel())
-    actions = cycle(_actions())
-    ours, theirs = [], []
-    env.step(next(actions))  # the kernels load
-    naive.step(next(actions))
-    for _ in range(_ROUNDS):
-        ours += [seconds(lambda: env.step(next(actions))) for _ in range(12)]
-        theirs += [seconds(lambda: naive.step(next(actions))) for _ in range(3)]
-    env.close()
-    naive.close()
-    own_rate, naive_rate = 1 / np.median(ours), 1 / np.median(theirs)
+def with_images() -> Figures:
+    """Steps a second with stereo 320x240, lidar, tracks and imu, and those of the naive stack."""
+    stacks = {"raster": _env(), "opengl": _env(renderer="opengl"), "naive": _naive(images=True)}
+    rates = _rates(stacks, n=12)
     return {
-        "environment.steps_per_second": (float(own_rate), "1/s"),
-        "environment.naive_steps_per_second": (float(naive_rate), "1/s"),
-        "environment.raster_over_naive": (float(own_rate / naive_rate), "ratio"),
+        "environment.steps_per_second": (rates["raster"], "1/s"),
+        "environment.naive_steps_per_second": (rates["naive"], "1/s"),
+        "environment.raster_over_naive": (rates["raster"] / rates["naive"], "ratio"),
+        "environment.opengl_over_naive": (rates["opengl"] / rates["naive"], "ratio"),
     }
 
 
 def without_images() -> Figures:
-    """Steps a second with lidar, tracks and imu alone, and how long a reset takes."""
-    env = TrackedRobotEnv(sensors=[key for key in DEFAULT_SENSORS if key not in EYES])
-    env.reset(seed=_SEED)
-    actions = cycle(_actions())
-    steps = [seconds(lambda: env.step(next(actions))) for _ in range(300)]
-    env.close()
-    full = TrackedRobotEnv()
-    full.reset(seed=_SEED)
-    resets = [seconds(full.reset) for _ in range(10)]
-    full.close()
-    return {
-        "environment.steps_per_second_without_images": (float(1 / np.median(steps)), "1/s"),
-        "environment.reset_ms": (1e3 * float(np.median(resets)), "ms"),
+    """The same with lidar, tracks and imu alone, with either dynamics."""
+    stacks = {
+        "bullet": _env(sensors=_BLIND),
+        "fast": _env(sensors=_BLIND, dynamics="fast"),
+        "naive": _naive(images=False),
     }
+    rates = _rates(stacks, n=60)
+    return {
+        "environment.steps_per_second_without_images": (rates["bullet"], "1/s"),
+        "environment.fast_steps_per_second_without_images": (rates["fast"], "1/s"),
+        "environment.blind_bullet_over_naive": (rates["bullet"] / rates["naive"], "ratio"),
+        "environment.blind_fast_over_naive": (rates["fast"] / rates["naive"], "ratio"),
+    }
+
+
+def reset() -> Figures:
+    """How long a new world takes, with images."""
+    env = _env()
+    resets = [seconds(env.reset) for _ in range(10)]
+    env.close()
+    return {"environment.reset_ms": (1e3 * float(np.median(resets)), "ms")}
 
 
 def parts() -> Figures:
@@ -90,17 +86,24 @@ def parts() -> Figures:
 
 MEASUREMENTS = (
     Measurement(
-        whole_environment,
+        with_images,
         (
             "environment.steps_per_second",
             "environment.naive_steps_per_second",
             "environment.raster_over_naive",
+            "environment.opengl_over_naive",
         ),
     ),
     Measurement(
         without_images,
-        ("environment.steps_per_second_without_images", "environment.reset_ms"),
+        (
+            "environment.steps_per_second_without_images",
+            "environment.fast_steps_per_second_without_images",
+            "environment.blind_bullet_over_naive",
+            "environment.blind_fast_over_naive",
+        ),
     ),
+    Measurement(reset, ("environment.reset_ms",)),
     Measurement(
         parts,
         (
@@ -111,6 +114,40 @@ MEASUREMENTS = (
         ),
     ),
 )
+
+
+class _Stack(Protocol):
+    """Whatever can be driven for a step, and freed."""
+
+    def step(self, action: NDArray[np.float32]) -> object: ...
+
+    def close(self) -> None: ...
+
+
+def _env(**options: Any) -> TrackedRobotEnv:
+    env = TrackedRobotEnv(**options)
+    env.reset(seed=_SEED)
+    return env
+
+
+def _naive(*, images: bool) -> NaiveStack:
+    return NaiveStack(_world(), TrackedRobotEnv(sensors=()).rig, RobotModel(), images=images)
+
+
+def _rates(stacks: Mapping[str, _Stack], *, n: int) -> dict[str, float]:
+    """Steps a second of each stack. They take turns in the same yard, n steps at a time, so that
+    whatever else the machine does slows all of them."""
+    actions = cycle(_actions())
+    times: dict[str, list[float]] = {name: [] for name in stacks}
+    for stack in stacks.values():
+        stack.step(next(actions))  # the kernels load
+    for _ in range(_ROUNDS):
+        for name, stack in stacks.items():
+            turns = max(3, n // 4) if name == "naive" else n
+            times[name] += [seconds(lambda s=stack: s.step(next(actions))) for _ in range(turns)]  # type: ignore[misc]
+    for stack in stacks.values():
+        stack.close()
+    return {name: float(1 / np.median(taken)) for name, taken in times.items()}
 
 
 def _world() -> World:

@@ -18,12 +18,14 @@ from grouser.estimators.evaluation.results import ResultsFolder
 from grouser.estimators.evaluation.table import results_table
 from grouser.rig import camera_mount
 from grouser.scripts.compare_estimators import choose, sensors_for
-from grouser.scripts.compare_execution import DRIVERS, Plan, execute
+from grouser.scripts.compare_execution import DRIVERS, TOUR, Plan, execute
 from grouser.scripts.compare_source import Log, Source, World
+from grouser.scripts.compare_world import world_options
 from grouser.scripts.usage import UsageError, usage_errors
 
 _DEFAULT_WORLD = "yard"
-_DEFAULT_DRIVER = "figure-eight"
+_OWN_DRIVERS = {"yard": "figure-eight"}
+"""Of worlds with the room for it; elsewhere a tour is the default."""
 _PLAIN_WIDTH = 100
 
 
@@ -48,6 +50,8 @@ class Compare:
 
     grouser compare --driver waypoints --steps 400
 
+    grouser compare --world orchard --difficulty 0.8 --faults stereo.darkness:20:25:0.95
+
     grouser compare --log path/to/kitti/sequence --camera-z 1.65 --no-plots
 
     grouser compare --seeds 10 --output results/ten --resume
@@ -65,7 +69,22 @@ class Compare:
     steps: Annotated[int | None, _arg("N")] = None
     """Steps a run: 600 (a minute) in a world, all of a recording by default."""
     driver: Annotated[str | None, _arg("NAME")] = None
-    """Course in a world: straight, spot-turn, figure-eight (default) or waypoints."""
+    """Course in a world: straight, spot-turn, figure-eight (default in the yard), tour (through
+    the world's goals; default elsewhere), or waypoints."""
+    difficulty: Annotated[float | None, _arg("0..1")] = None
+    """World: how hard; 0.5 by default."""
+    terrain: Annotated[str | None, _arg("NAME")] = None
+    """World: one ground everywhere (asphalt, cement, grass, gravel, ice, mud), or mixed."""
+    randomize: Annotated[tuple[str, ...], _arg("NAME ...")] = ()
+    """World: what varies from seed to seed: texture, light, clutter, friction, sensor_noise."""
+    dynamics: Annotated[str | None, _arg("NAME")] = None
+    """World: bullet (default) or fast."""
+    renderer: Annotated[str | None, _arg("NAME")] = None
+    """World: raster (default) or opengl."""
+    effects: Annotated[tuple[str, ...], _arg("NAME=AMOUNT ...")] = ()
+    """World: what is wrong with sensors all the time, such as stereo.motion_blur=0.01."""
+    faults: Annotated[tuple[str, ...], _arg("NAME:START:END:AMOUNT ...")] = ()
+    """World: what goes wrong for a while [s], such as stereo.darkness:5:8:0.9."""
     output: Annotated[Path | None, _arg("DIR")] = None
     """Folder for the results; by default a new one, results/compare-..."""
     resume: bool = False
@@ -97,7 +116,7 @@ class Compare:
         except DamagedImage as error:
             raise UsageError(f"{error}; runs that were done are kept, --resume goes on") from error
         finally:
-            plan.env.close()
+            plan.close()
         _report(plan, console, plots=not self.no_plots)
         return 0 if finished else 130
 
@@ -117,7 +136,8 @@ def _prepare(options: Compare) -> Plan:
     settings = {"grouser": __version__, **source.settings, "driver": driver, "steps": steps}
     folder = ResultsFolder(_output(options, source), settings, resume=options.resume)
     env = source.make(sensors_for(names, gives))
-    plan = Plan(env, source.label, names, driver, options.seeds, steps, folder)
+    scout = source.make(()) if driver == TOUR else None
+    plan = Plan(env, source.label, names, driver, options.seeds, steps, folder, scout)
     for name in names:
         registry.make(name, plan.rig)
     return plan
@@ -135,15 +155,31 @@ def _check_numbers(options: Compare) -> None:
 def _source(options: Compare) -> Source:
     if options.log is not None and options.world is not None:
         raise UsageError("--world and --log exclude each other: give one of them")
-    rig = _rig_overrides(options)
+    rig, world = _rig_overrides(options), _world_options(options)
     if options.log is not None:
+        if world:
+            raise UsageError(
+                f"--{next(iter(world))} describes a simulated world and excludes --log"
+            )
         return Log(options.log, rig)
     if rig:
         raise UsageError(
             "--camera-... and --disparity-offset-px describe the camera of a recording and need "
             "--log; a world knows its own camera"
         )
-    return World(options.world or _DEFAULT_WORLD)
+    return World(options.world or _DEFAULT_WORLD, world)
+
+
+def _world_options(options: Compare) -> dict[str, Any]:
+    return world_options(
+        difficulty=options.difficulty,
+        terrain=options.terrain,
+        randomize=options.randomize,
+        dynamics=options.dynamics,
+        renderer=options.renderer,
+        effects=options.effects,
+        faults=options.faults,
+    )
 
 
 def _rig_overrides(options: Compare) -> dict[str, Any]:
@@ -164,7 +200,7 @@ def _driver(options: Compare, source: Source) -> str | None:
         if options.driver is not None:
             raise UsageError("--driver has no effect on a recording: leave it out with --log")
         return None
-    driver = options.driver or _DEFAULT_DRIVER
+    driver = options.driver or _OWN_DRIVERS.get(options.world or _DEFAULT_WORLD, TOUR)
     if driver not in DRIVERS:
         raise UsageError(f"there is no driver {driver!r}; there are: {', '.join(DRIVERS)}")
     return driver

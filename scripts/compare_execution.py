@@ -19,9 +19,10 @@ from grouser.estimators.evaluation.results import ResultsFolder
 from grouser.estimators.evaluation.summary import summarise
 from grouser.rig import Rig
 from grouser.scripts.compare_source import Env
+from grouser.scripts.compare_tour import tour
 
-WAYPOINTS = "waypoints"
-DRIVERS = (*DRIVES, WAYPOINTS)
+TOUR, WAYPOINTS = "tour", "waypoints"
+DRIVERS = (*DRIVES, TOUR, WAYPOINTS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +37,14 @@ class Plan:
     seeds: int
     steps: int
     folder: ResultsFolder
+    scout: Env | None = None
+    """The same world without sensors, for the operator of a tour; None for other drivers."""
+
+    def close(self) -> None:
+        """Free the environments."""
+        self.env.close()
+        if self.scout is not None:
+            self.scout.close()
 
     @property
     def rig(self) -> Rig:
@@ -75,7 +84,7 @@ def _open_loop(
     runs = compare_open_loop(
         plan.env,
         {name: _make(plan, name) for name in names},
-        _drive(plan),
+        _drive(plan, seed),
         seed=seed,
         steps=plan.steps,
         on_step=on_step,
@@ -108,7 +117,10 @@ def _make(plan: Plan, name: str) -> PoseEstimator:
     return registry.make(name, plan.rig)
 
 
-def _drive(plan: Plan) -> OpenLoop:
+def _drive(plan: Plan, seed: int) -> OpenLoop:
     if plan.driver is None:
         return lambda step: np.zeros(2)
+    if plan.driver == TOUR:
+        assert plan.scout is not None
+        return tour(plan.scout, seed, plan.steps)
     return DRIVES[plan.driver](plan.rig)

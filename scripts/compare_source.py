@@ -1,7 +1,7 @@
 """Where a comparison gets its observations from: a simulated world or a recording."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -44,9 +44,10 @@ class Source(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class World:
-    """grouser/TrackedRobot-v0 in one of its worlds."""
+    """grouser/TrackedRobot-v0 in one of its worlds, with further options of gym.make."""
 
     name: str
+    options: Mapping[str, Any] = field(default_factory=dict)
     drivable: bool = True
 
     @property
@@ -55,7 +56,7 @@ class World:
 
     @property
     def settings(self) -> dict[str, Any]:
-        return {"world": self.name}
+        return {"world": self.name, **self.options}
 
     def gives(self) -> frozenset[str]:
         # Imported here: a comparison on a recording needs no physics.
@@ -64,7 +65,9 @@ class World:
         return frozenset(SENSORS) | {"stamp"} | TRUTH_KEYS
 
     def make(self, sensors: Iterable[str]) -> Env:
-        return gym.make("grouser/TrackedRobot-v0", world=self.name, sensors=tuple(sensors))
+        return gym.make(
+            "grouser/TrackedRobot-v0", world=self.name, sensors=tuple(sensors), **self.options
+        )
 
     def steps(self, asked: int | None) -> int:
         return STEPS_IN_A_WORLD if asked is None else asked

@@ -35,10 +35,15 @@ _POSITIVE = 8  # tiles: TinyRenderer repeats a texture towards positive coordina
 
 
 class NaiveStack:
-    """A robot in a world, with a pair of images, a lidar scan and wheel increments every step."""
+    """A robot in a world, with a lidar scan and wheel increments every step, and a pair of images.
 
-    def __init__(self, world: World, rig: Rig, model: RobotModel) -> None:
+    Args:
+        images: whether there is a pair of images.
+    """
+
+    def __init__(self, world: World, rig: Rig, model: RobotModel, *, images: bool = True) -> None:
         assert rig.stereo is not None and rig.lidar is not None
+        self._images = images
         self._stereo, self._lidar, self._model = rig.stereo, rig.lidar, model
         self._n_substeps = round(rig.dt / PHYSICS_DT)
         self._client = pybullet.connect(pybullet.DIRECT)
@@ -67,13 +72,14 @@ class NaiveStack:
             pybullet.stepSimulation(physicsClientId=self._client)
         turned = (self._wheel_angles() - before).reshape(2, _WHEELS_A_SIDE).mean(axis=1)
         T_world_base = self._pose()
-        left, right = (self._image(T_world_base @ mount) for mount in self._mounts)
-        return {
-            "left": left,
-            "right": right,
+        observation = {
             "lidar": self._scan(T_world_base @ self._lidar.T_base_lidar),
             "tracks": turned * _WHEEL_RADIUS,
         }
+        if self._images:
+            eyes = (self._image(T_world_base @ mount) for mount in self._mounts)
+            observation |= dict(zip(("left", "right"), eyes, strict=True))
+        return observation
 
     def close(self) -> None:
         """Free the physics."""

@@ -13,8 +13,8 @@ from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator, re
 from grouser.estimators.random_stream import estimator_rng
 from grouser.geometry import Array
 
-OpenLoop = Callable[[int], Array]
-"""The action (2,) of each step, whatever any estimator says."""
+OpenLoop = Callable[[int], Array | None]
+"""The action (2,) of each step, whatever any estimator says, or None to end the run."""
 
 ClosedLoop = Callable[[PoseEstimate], Array | None]
 """The action (2,) for an estimate, or None to end the run."""
@@ -54,7 +54,7 @@ def compare_open_loop(
 ) -> list[Run]:
     """Drive once and let all estimators look on: every one of them sees the same bits.
 
-    The rollout ends after `steps`, or with the episode when None.
+    The rollout ends after `steps`, with the drive or with the episode, whichever comes first.
 
     Raises:
         ValueError: the environment does not give what an estimator requires.

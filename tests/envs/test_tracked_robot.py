@@ -82,7 +82,7 @@ def test_an_environment_is_rebuilt_from_its_spec() -> None:
     options: dict[str, Any] = {
         "sensors": ["tracks", "imu"],
         "image_size": [80, 60],
-        "track_noise": 0.02,
+        "effects": {"tracks.noise": 0.02},
     }
     made = gym.make("grouser/TrackedRobot-v0", **options)
     assert made.spec is not None
@@ -203,7 +203,7 @@ def test_slip_makes_track_increments_differ_from_the_motion(env: TrackedRobotEnv
 
 
 def test_the_encoders_read_full_speed() -> None:
-    env = TrackedRobotEnv(sensors=("tracks",), track_noise=0.0)
+    env = TrackedRobotEnv(sensors=("tracks",), effects={"tracks.noise": 0.0})
     env.reset(seed=2)
     steps = [env.step(np.array([1.0, -1.0], dtype=np.float32)) for _ in range(12)]
     assert steps[-1][0]["tracks"] == pytest.approx(np.array([0.05, -0.05]), abs=1.1e-4)
@@ -370,12 +370,15 @@ def test_a_window_without_pygame_says_what_to_install(monkeypatch: pytest.Monkey
         ({"image_size": (320,)}, r"image_size must be width and height.*got \(320,\)"),
         ({"image_size": (4, 4)}, "whole numbers from 16 to 4096"),
         ({"image_size": 320}, "image_size must be width and height.*got 320"),
-        ({"image_noise": -1.0}, "image_noise must be 0 or more, got -1.0"),
-        ({"image_noise": "loud"}, "image_noise must be 0 or more, got 'loud'"),
-        ({"track_resolution": 0.0}, "tracks.resolution .* must be a number from 1e-06 .*, got 0.0"),
-        ({"track_resolution": float("inf")}, "to 0.1 .*, got inf"),
-        ({"lidar_noise": -0.1}, r"lidar_noise must be 0 or more, got -0.1"),
-        ({"rate_noise": float("nan")}, r"rate_noise must be 0 or more, got nan"),
+        ({"difficulty": 1.5}, r"difficulty must be in \[0, 1\].*got 1.5"),
+        ({"terrain": "lava"}, "no terrain is named 'lava'; known: .*gravel"),
+        ({"randomize": ("colour",)}, "nothing named 'colour' can be randomised; .*known: texture"),
+        ({"dynamics": "havok"}, "no dynamics are named 'havok'; known: bullet, fast"),
+        ({"renderer": "vulkan"}, "no renderer is named 'vulkan'; known: raster, opengl"),
+        ({"effects": {"stereo.noise": 1.0}}, "no effect is named 'stereo.noise'; did you mean"),
+        ({"effects": {"tracks.noise": -1.0}}, "tracks.noise .* must be a number from 0 to"),
+        ({"faults": [{"what": "gps.outage", "start": 5, "end": 2}]}, "must end after it starts"),
+        ({"timing": {"lidar.rate": 3.0}}, "lidar.rate"),
     ],
 )
 def test_bad_options_are_refused(options: dict[str, Any], words: str) -> None:

@@ -83,15 +83,27 @@ def make_world(
             there are), or a number outside [0, 1].
         RuntimeError: the generator failed many times over.
     """
-    _require_known(name)
-    _require_difficulty(difficulty)
-    require_terrain(terrain)
+    require_arguments(name, difficulty=difficulty, terrain=terrain, randomize=randomize)
     strengths = randomization_strengths(randomize)
     terrain_rng, *others = rng.spawn(1 + len(RANDOMIZABLE))
     rngs = dict(zip(RANDOMIZABLE, others, strict=True))
     clutter = clutter_factor(rngs["clutter"], strengths["clutter"])
     world = _valid_world(name, rng, difficulty, clutter)
     return randomized(covered(world, terrain, terrain_rng), strengths, rngs)
+
+
+def require_arguments(
+    name: str,
+    *,
+    difficulty: float,
+    terrain: str | None,
+    randomize: str | Iterable[str] | Mapping[str, float],
+) -> None:
+    """Raise where `make_world` would refuse these arguments."""
+    _require_known(name)
+    _require_difficulty(difficulty)
+    require_terrain(terrain)
+    randomization_strengths(randomize)
 
 
 def _valid_world(name: str, rng: np.random.Generator, difficulty: float, clutter: float) -> World:

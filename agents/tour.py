@@ -1,0 +1,112 @@
+"""A way through the goals of a world that is known: planned on its free space.
+
+The robot's operator knows the world; an estimator does not. So this plans courses for comparisons
+in worlds where a figure-eight would end in a tree.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage, sparse
+from scipy.sparse.csgraph import dijkstra
+
+from grouser.envs.simulation.world import World
+from grouser.envs.simulation.worlds.reachability import FreeSpace, free_space
+from grouser.geometry import Array
+
+SPACING = 0.4
+"""Between waypoints, m."""
+
+_ROOM = 0.5  # m; the way keeps about this much further from obstacles where there is space
+
+
+def plan_tour(world: World) -> Array:
+    """(n, 2) waypoints about SPACING apart from the start through all goals, m, world frame.
+
+    The nearest goal that is left comes next. Ways keep away from obstacles where they can.
+
+    Raises:
+        ValueError: the world has no goals.
+    """
+    if not len(world.goals):
+        raise ValueError(f"the world {world.name!r} has no goals to drive to")
+    space = free_space(world)
+    graph = _graph(space)
+    left, at, legs = list(world.goals), world.start[:2], []
+    while left:
+        way_to = _ways_from(graph, space, at)
+        lengths = [way_to.length(goal) for goal in left]
+        nearest = int(np.argmin(lengths))
+        at = left.pop(nearest)
+        legs.append(way_to.points(at))
+    return _spaced(np.concatenate([world.start[None, :2], *legs]))
+
+
+class _Ways:
+    """Shortest ways from one place to all others."""
+
+    def __init__(self, space: FreeSpace, lengths: Array, before: NDArray[np.int32]) -> None:
+        self._space, self._lengths, self._before = space, lengths, before
+
+    def length(self, place: Array) -> float:
+        return float(self._lengths[_node(self._space, place)])
+
+    def points(self, place: Array) -> Array:
+        """(n, 2) the way's cells, the place itself last."""
+        nodes = [_node(self._space, place)]
+        while self._before[nodes[-1]] >= 0:
+            nodes.append(int(self._before[nodes[-1]]))
+        row, column = np.unravel_index(nodes[::-1], self._space.free.shape)
+        way = np.column_stack([column, row]) * self._space.cell + self._space.origin
+        return np.concatenate([way[1:-1], place[None]])
+
+
+def _ways_from(graph: sparse.csr_matrix, space: FreeSpace, place: Array) -> _Ways:
+    lengths, before = dijkstra(graph, indices=_node(space, place), return_predecessors=True)
+    return _Ways(space, lengths, before)
+
+
+def _node(space: FreeSpace, place: Array) -> int:
+    row, column = space.index(place)
+    return int(np.ravel_multi_index((int(row), int(column)), space.free.shape))
+
+
+def _graph(space: FreeSpace) -> sparse.csr_matrix:
+    """Free cells and their eight neighbours; a step costs more near obstacles."""
+    clearance = ndimage.distance_transform_edt(space.free) * space.cell
+    cost = 1 + np.square(np.clip(1 - clearance / (2 * _ROOM), 0, 1)) * 8
+    nodes = np.arange(space.free.size).reshape(space.free.shape)
+    starts, ends, lengths = [], [], []
+    for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
+        here, there = _shifted(down, right)
+        # Both cells beside a diagonal must be free too, or the way would cut a corner.
+        beside = space.free[there[0], here[1]] & space.free[here[0], there[1]]
+        free = space.free[here] & space.free[there] & beside
+        starts.append(nodes[here][free])
+        ends.append(nodes[there][free])
+        lengths.append(space.cell * np.hypot(down, right) * (cost[here] + cost[there])[free] / 2)
+    i, j, w = (np.concatenate(parts) for parts in (starts, ends, lengths))
+    n = space.free.size
+    return sparse.csr_matrix((np.tile(w, 2), (np.append(i, j), np.append(j, i))), shape=(n, n))
+
+
+_HERE_AND_THERE = {
+    0: (slice(None), slice(None)),
+    1: (slice(None, -1), slice(1, None)),
+    -1: (slice(1, None), slice(None, -1)),
+}
+"""All indices that have a neighbour so much further on, and those neighbours."""
+
+
+def _shifted(down: int, right: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
+    """All cells that have a neighbour so many rows down and columns to the right; those."""
+    rows, columns = _HERE_AND_THERE[down], _HERE_AND_THERE[right]
+    return (rows[0], columns[0]), (rows[1], columns[1])
+
+
+def _spaced(way: Array) -> Array:
+    """The way's points at equal distances along it, its end included."""
+    steps = np.linalg.norm(np.diff(way, axis=0), axis=1)
+    along = np.append(0.0, np.cumsum(steps))
+    n = max(1, round(along[-1] / SPACING))
+    at = np.linspace(0, along[-1], n + 1)[1:]
+    return np.column_stack([np.interp(at, along, way[:, k]) for k in range(2)])

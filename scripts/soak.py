@@ -1,0 +1,81 @@
+"""Does memory grow? `python scripts/soak.py`: many steps and resets, and what they left behind."""
+
+import resource
+import sys
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+import tyro
+from rich.console import Console
+from rich.progress import track
+
+from grouser.envs.tracked_robot import TrackedRobotEnv
+
+_WARM_UP_EPISODES = 5
+_BYTES_OF_MAXRSS = 1 if sys.platform == "darwin" else 1024
+
+
+@dataclass(frozen=True)
+class Soak:
+    """Drive at random for many episodes and say by how much the process's memory grew.
+
+    Memory is the peak of the resident set; what the first episodes take (kernels, textures, the
+    physics client) does not count. The exit code is 1 when it grew by more than --limit.
+
+    Some to try:
+
+    python scripts/soak.py
+
+    python scripts/soak.py --sensors left right lidar --steps 20000 --world forest
+    """
+
+    steps: int = 100_000
+    """Steps of all episodes together."""
+    resets: int = 500
+    """Episodes."""
+    world: str = "yard"
+    """Kind of world; every episode has a new one."""
+    dynamics: Literal["bullet", "fast"] = "bullet"
+    """Which physics moves the robot."""
+    sensors: tuple[str, ...] = ("tracks", "lidar", "imu")
+    """What is observed."""
+    limit: Annotated[float, tyro.conf.arg(metavar="MB")] = 50.0
+    """Largest growth that passes."""
+
+    def run(self) -> int:
+        """Drive, print the growth, and return the exit code."""
+        grown = self._grown()
+        print(f"{self.steps} steps, {self.resets} resets: memory grew by {grown:.1f} MB")
+        return int(grown > self.limit)
+
+    def _grown(self) -> float:
+        env = TrackedRobotEnv(world=self.world, dynamics=self.dynamics, sensors=self.sensors)
+        actions = np.random.default_rng(0).uniform(-1, 1, (1 + self.steps, 2)).astype(np.float32)
+        length, more = divmod(self.steps, self.resets)
+        before, step = 0.0, 0
+        errors = Console(stderr=True)
+        for episode in track(
+            range(self.resets), "driving", console=errors, disable=not errors.is_terminal
+        ):
+            if episode == min(_WARM_UP_EPISODES, self.resets - 1):
+                before = _peak_megabytes()
+            env.reset(seed=episode)
+            for _ in range(length + (episode < more)):
+                env.step(actions[step])
+                step += 1
+        env.close()
+        return _peak_megabytes() - before
+
+
+def _peak_megabytes() -> float:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * _BYTES_OF_MAXRSS / 1e6
+
+
+def main() -> int:
+    """The command line."""
+    return tyro.cli(Soak, prog="soak.py").run()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
