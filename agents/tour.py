@@ -61,8 +61,8 @@ class _Ways:
 
 
 def _ways_from(graph: sparse.csr_matrix, space: FreeSpace, place: Array) -> _Ways:
-    lengths, before = dijkstra(graph, indices=_node(space, place), return_predecessors=True)
-    return _Ways(space, lengths, before)
+    lengths, before = dijkstra(graph, indices=[_node(space, place)], return_predecessors=True)
+    return _Ways(space, lengths[0], before[0])
 
 
 def _node(space: FreeSpace, place: Array) -> int:

@@ -14,13 +14,19 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from grouser.scripts import benchmark_environment, benchmark_images, benchmark_odometry
-from grouser.scripts.benchmark_timing import Figures
+from grouser.scripts import (
+    benchmark_environment,
+    benchmark_images,
+    benchmark_odometry,
+    benchmark_vector,
+)
+from grouser.scripts.benchmark_timing import Figures, NotAvailable
 
 _MEASUREMENTS = (
     *benchmark_odometry.MEASUREMENTS,
     *benchmark_environment.MEASUREMENTS,
     *benchmark_images.MEASUREMENTS,
+    *benchmark_vector.MEASUREMENTS,
 )
 
 
@@ -70,13 +76,17 @@ def _wanted(only: str | None) -> list[str]:
 
 
 def measure(wanted: list[str]) -> Figures:
-    """The wanted figures, from the measurements that give any of them."""
+    """The wanted figures, from the measurements that give any of them; one that this machine
+    cannot measure is left out, and the terminal says why."""
     needed = [m for m in _MEASUREMENTS if set(m.gives) & set(wanted)]
     figures: Figures = {}
     errors = Console(stderr=True)
     for measurement in track(needed, "measuring", console=errors, disable=not errors.is_terminal):
-        figures |= measurement.measure()
-    return {name: figures[name] for name in wanted}
+        try:
+            figures |= measurement.measure()
+        except NotAvailable as error:
+            errors.print(f"{', '.join(measurement.gives)}: not measured: {error}")
+    return {name: figures[name] for name in wanted if name in figures}
 
 
 def _plain(figures: Figures) -> dict[str, dict[str, float | str]]:

@@ -10,6 +10,10 @@ Figures = dict[str, tuple[float, str]]
 """Figure name to value and unit."""
 
 
+class NotAvailable(Exception):
+    """What this machine cannot measure, and why."""
+
+
 @dataclass(frozen=True)
 class Measurement:
     """A program that measures some figures together, as they share a run."""

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 import grouser  # noqa: F401  (registers the environments)
 from grouser.envs.sensors.stereo import EYES
-from grouser.envs.tracked_robot import SENSORS
+from grouser.envs.sensors.suite import DEFAULT_SENSORS
 from grouser.scripts.benchmark_timing import Figures, Measurement, seconds
 
 _ID = "grouser/TrackedRobot-v0"
@@ -17,12 +17,12 @@ _ROUNDS = 8
 
 def two_processes_with_images() -> Figures:
     """Steps of a vector of two for every step of one environment, with stereo 320x240."""
-    return {"environment.async2_over_1_images": (_gain(list(SENSORS), n=15), "ratio")}
+    return {"environment.async2_over_1_images": (_gain(list(DEFAULT_SENSORS), n=15), "ratio")}
 
 
 def two_processes_without_images() -> Figures:
     """The same without images."""
-    blind = [key for key in SENSORS if key not in EYES]
+    blind = [key for key in DEFAULT_SENSORS if key not in EYES]
     return {"environment.async2_over_1_blind": (_gain(blind, n=100), "ratio")}
 
 
@@ -49,7 +49,8 @@ def _gain(sensors: list[str], *, n: int) -> float:
         for _ in range(n):
             two.step(next(pairs))
 
-    steps_of_one(), steps_of_two()  # kernels load
+    steps_of_one()  # kernels load
+    steps_of_two()
     alone, together = [], []
     for _ in range(_ROUNDS):
         alone.append(seconds(steps_of_one))

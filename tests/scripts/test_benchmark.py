@@ -13,7 +13,7 @@ from grouser.scripts.benchmark import Benchmark, measure
     [
         ("odometry", {"odometry.pair_320x240_ms", "odometry.estimation_ms"}),
         ("environment.raster_over_naive", {"environment.raster_over_naive"}),
-        ("environment.lidar_us", {"environment.lidar_us"}),
+        ("environment.lidar_boxes_us", {"environment.lidar_boxes_us"}),
     ],
 )
 def test_figures_go_to_json(name: str, figures: set[str], tmp_path: Path) -> None:

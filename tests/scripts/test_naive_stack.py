@@ -14,7 +14,9 @@ from grouser.scripts.naive_stack import NaiveStack
 
 @pytest.fixture(scope="module")
 def env() -> Iterator[TrackedRobotEnv]:
-    env = TrackedRobotEnv(image_noise=0.0, lidar_noise=0.0, lidar_bearing_noise=0.0)
+    env = TrackedRobotEnv(
+        effects={"stereo.read_noise": 0.0, "lidar.range_noise": 0.0, "lidar.bearing_noise": 0.0}
+    )
     yield env
     env.close()
 
