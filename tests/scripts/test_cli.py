@@ -34,7 +34,7 @@ def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
                 "--no-plots",
                 "--camera-pitch-degrees",
                 "grouser compare --seeds 2",
-                "figure-eight (default)",
+                "figure-eight (default in",
             ],
         ),
     ],
