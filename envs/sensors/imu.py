@@ -75,4 +75,5 @@ class InertialUnit(Sensor):
 
 def _six(amounts: Mapping[str, float], kind: str) -> Array:
     """(6,) an amount of the accelerations, thrice, and that of the rates, thrice."""
-    return np.repeat([amounts[f"imu.acceleration_{kind}"], amounts[f"imu.rate_{kind}"]], 3)
+    a, w = amounts[f"imu.acceleration_{kind}"], amounts[f"imu.rate_{kind}"]
+    return np.array([a, a, a, w, w, w])

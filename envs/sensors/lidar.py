@@ -37,7 +37,7 @@ class PlanarLidar(Sensor):
     _memory: _Memory
 
     def __init__(self, lidar: Lidar) -> None:
-        self._lidar = lidar
+        self._lidar, self._bearings = lidar, lidar.bearings
         self._world: World | None = None
         self._casters: dict[float, RayCaster] = {}
 
@@ -60,15 +60,17 @@ class PlanarLidar(Sensor):
     def read(self, motion: Motion, amounts: Mapping[str, float]) -> Reading:
         lidar = self._lidar
         bearing_noise, range_noise = self._memory.rng.standard_normal((2, lidar.n_beams))
-        bearings = lidar.bearings + amounts["lidar.bearing_noise"] * bearing_noise
+        bearings = self._bearings + amounts["lidar.bearing_noise"] * bearing_noise
         ideal = self._spread_range(motion, bearings, amounts)
         returned = ideal < (1 - amounts["lidar.range_loss"]) * lidar.range_max
-        returned &= ~self._dropped(amounts["lidar.dropout"])
+        if amounts["lidar.dropout"] > 0:
+            returned &= self._kept(amounts["lidar.dropout"])
         measured = _quantised(
             ideal + amounts["lidar.range_noise"] * range_noise, amounts["lidar.quantisation"]
         )
         shown = np.where(returned, measured, lidar.range_max)
-        return {"lidar": np.clip(shown, lidar.range_min, lidar.range_max).astype(np.float32)}
+        bounded = np.minimum(np.maximum(shown, lidar.range_min), lidar.range_max)
+        return {"lidar": bounded.astype(np.float32)}
 
     def _spread_range(self, motion: Motion, bearings: Array, amounts: Mapping[str, float]) -> Array:
         """(n,) m: a beam that is `mixed_pixels` wide to either side mixes what it meets there.
@@ -90,7 +92,9 @@ class PlanarLidar(Sensor):
 
     def _range(self, motion: Motion, bearings: Array, amounts: Mapping[str, float]) -> Array:
         """(n,) ideal ranges, at most range_max, m."""
-        beams = np.column_stack([np.cos(bearings), np.sin(bearings), np.zeros(len(bearings))])
+        beams = np.zeros((len(bearings), 3))
+        np.cos(bearings, out=beams[:, 0])
+        np.sin(bearings, out=beams[:, 1])
         caster, reach = self._caster(amounts["lidar.glass"]), self._lidar.range_max
         duration = amounts["lidar.motion_skew"]
         if duration == 0:
@@ -110,10 +114,10 @@ class PlanarLidar(Sensor):
         later = (at - before)[:, None, None]
         return np.asarray((1 - later) * poses[before] + later * poses[before + 1])
 
-    def _dropped(self, probability: float) -> NDArray[np.bool_]:
-        if probability == 0:
-            return np.zeros(self._lidar.n_beams, dtype=bool)
-        return np.asarray(self._memory.streams["dropout"].random(self._lidar.n_beams) < probability)
+    def _kept(self, dropout: float) -> NDArray[np.bool_]:
+        """(n,) which beams return: each is lost with this probability."""
+        drawn = self._memory.streams["dropout"].random(self._lidar.n_beams)
+        return np.asarray(drawn >= dropout)
 
     def _caster(self, glass: float) -> RayCaster:
         """Rays through a world of which this share of the solids is glass."""

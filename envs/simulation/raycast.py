@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grouser.envs.simulation.raycast_ground import meet_ground
+from grouser.envs.simulation.raycast_ground import GroundGrid
 from grouser.envs.simulation.world import Boxes, Cylinders, World, join
 from grouser.geometry import Array
 from grouser.kernels import kernel
@@ -21,7 +21,7 @@ class RayCaster:
     def __init__(self, world: World) -> None:
         boxes = _box_rows(join(world.solids, world.slabs))
         self._things = np.concatenate([boxes, _cylinder_rows(world.cylinders)])
-        self._ground = world.ground
+        self._ground = GroundGrid(world.ground)
 
     def cast(self, origin: Array, directions: Array, reach: float) -> NDArray[np.float64]:
         """(n,) distance along each unit direction (n, 3) to what is hit first, at most reach, m.
@@ -33,8 +33,7 @@ class RayCaster:
         directions = np.ascontiguousarray(directions, dtype=np.float64)
         distance = np.empty(len(directions))
         _meet_upright_things(origins, directions, reach, self._things, distance)
-        ground = self._ground
-        meet_ground(origins, directions, ground.heights, ground.cell, ground.origin, distance)
+        self._ground.shorten(origins, directions, distance)
         return distance
 
 
