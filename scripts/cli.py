@@ -9,6 +9,7 @@ import tyro
 
 from grouser import __version__
 from grouser.scripts.compare import Compare
+from grouser.scripts.skid_steer import SkidSteer
 from grouser.scripts.usage import UsageError
 from grouser.scripts.worlds import Worlds
 
@@ -18,7 +19,11 @@ class _Command(Protocol):
         """Do it, and return the exit code."""
 
 
-_COMMANDS: dict[str, Callable[..., _Command]] = {"compare": Compare, "worlds": Worlds}
+_COMMANDS: dict[str, Callable[..., _Command]] = {
+    "compare": Compare,
+    "worlds": Worlds,
+    "skid-steer": SkidSteer,
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

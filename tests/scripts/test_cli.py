@@ -19,7 +19,7 @@ def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--help"], ["compare", "--version"]),
+        (["--help"], ["compare", "worlds", "skid-steer", "--version"]),
         (
             ["compare", "--help"],
             [
