@@ -64,6 +64,7 @@ class Stereo(Sensor):
         self._shape = (camera.height, camera.width, 3 if color else 1)
         self._eye = Eye(Lens(camera))
         self._renderer: Renderer | None = None
+        self._caster: RayCaster | None = None
 
     @property
     def spaces(self) -> dict[str, spaces.Box]:
@@ -74,7 +75,7 @@ class Stereo(Sensor):
         self._memory = _Memory(
             {e: EyeMemory(rngs[e], Streams(rngs[e]), Streams(rngs["left"])) for e in self._eyes}
         )
-        self._light, self._caster = world.light, RayCaster(world)
+        self._world, self._caster = world, None
         self._renderer = make_renderer(
             self._renderer_name, world, pinhole(self._camera), color=self._color
         )
@@ -130,14 +131,16 @@ class Stereo(Sensor):
         memory = self._memory
         T_world_camera = motion.T_world_base @ mount(self._camera, eye)
         return Scene(
-            brightness=0.5 ** (memory.steps * self._dt / self._light.half_life),
+            brightness=0.5 ** (memory.steps * self._dt / self._world.light.half_life),
             sun=self._sun(T_world_camera) if effects.glare else None,
             elapsed=(memory.steps - memory.read_at) * self._dt,
         )
 
     def _sun(self, T_world_camera: Array) -> Array | None:
         """(3,) towards it, optical frame; None where something stands before it."""
-        direction = self._light.direction
+        if self._caster is None:
+            self._caster = RayCaster(self._world)
+        direction = self._world.light.direction
         free = self._caster.cast(T_world_camera[:3, 3], direction[None], _SUN_IN_REACH)[0]
         return T_world_camera[:3, :3].T @ direction if free >= _SUN_IN_REACH else None
 
