@@ -221,10 +221,12 @@ def test_the_exposure_wanders_by_its_standard_deviation() -> None:
 
 
 def test_defocus_spreads_light_by_its_standard_deviation() -> None:
-    sharp = Beacon()._spot(CAMERA.T_base_camera).astype(np.float32)
+    sharp = Beacon()._spot(CAMERA.T_base_camera)
     effects = EyeEffects.of("left", quiet({"left.defocus": 3.0}))
-    blurred = Eye(LENS).image(10 * sharp, SCENE, 1.0, effects, memory())[..., 0].astype(np.float64)
-    assert spread(np.minimum(blurred, 254)) ** 2 > 2.0**2 + 2.5**2
+    blurred = Eye(LENS).image(sharp, SCENE, 1.0, effects, memory())[..., 0].astype(np.float64)
+    before = spread(sharp[..., 0].astype(np.float64))
+    assert spread(blurred) == pytest.approx(np.hypot(before, 3.0), rel=0.03)
+    assert blurred.sum() == pytest.approx(sharp.sum(), rel=0.03)
 
 
 def test_a_distorted_image_is_straightened_again() -> None:
