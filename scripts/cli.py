@@ -19,11 +19,12 @@ class _Command(Protocol):
         """Do it, and return the exit code."""
 
 
-_COMMANDS: dict[str, Callable[..., _Command]] = {
+COMMANDS: dict[str, Callable[..., _Command]] = {
     "compare": Compare,
     "worlds": Worlds,
     "skid-steer": SkidSteer,
 }
+"""Subcommands by name."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -33,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"grouser {__version__}")
         return 0
     command: _Command = tyro.extras.subcommand_cli_from_dict(
-        _COMMANDS,
+        COMMANDS,
         prog="grouser",
         description="Tracked robots that navigate on an estimated pose (--version tells which).",
         args=given,

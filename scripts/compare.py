@@ -18,7 +18,7 @@ from grouser.estimators.evaluation.results import ResultsFolder
 from grouser.estimators.evaluation.table import results_table
 from grouser.rig import camera_mount
 from grouser.scripts.compare_estimators import choose, sensors_for
-from grouser.scripts.compare_execution import DRIVERS, TOUR, Plan, execute
+from grouser.scripts.compare_execution import DRIVERS, PLANNED, TOUR, Plan, execute
 from grouser.scripts.compare_source import Log, Source, World
 from grouser.scripts.compare_world import world_options
 from grouser.scripts.usage import UsageError, usage_errors
@@ -70,7 +70,7 @@ class Compare:
     """Steps a run: 600 (a minute) in a world, all of a recording by default."""
     driver: Annotated[str | None, _arg("NAME")] = None
     """Course in a world: straight, spot-turn, figure-eight (default in the yard), tour (through
-    the world's goals; default elsewhere), or waypoints."""
+    the world's goals; default elsewhere), or waypoints (driven on the estimate)."""
     difficulty: Annotated[float | None, _arg("0..1")] = None
     """World: how hard; 0.5 by default."""
     terrain: Annotated[str | None, _arg("NAME")] = None
@@ -136,7 +136,7 @@ def _prepare(options: Compare) -> Plan:
     settings = {"grouser": __version__, **source.settings, "driver": driver, "steps": steps}
     folder = ResultsFolder(_output(options, source), settings, resume=options.resume)
     env = source.make(sensors_for(names, gives))
-    scout = source.make(()) if driver == TOUR else None
+    scout = source.make(()) if driver in PLANNED else None
     plan = Plan(env, source.label, names, driver, options.seeds, steps, folder, scout)
     for name in names:
         registry.make(name, plan.rig)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from grouser.agents.scripted import DRIVES
-from grouser.agents.waypoints import WaypointDriver, waypoint_misses
+from grouser.agents.waypoints import waypoint_misses
 from grouser.estimators import registry
 from grouser.estimators.base import PoseEstimator
 from grouser.estimators.evaluation.comparison import (
@@ -19,9 +19,11 @@ from grouser.estimators.evaluation.results import ResultsFolder
 from grouser.estimators.evaluation.summary import summarise
 from grouser.rig import Rig
 from grouser.scripts.compare_source import Env
-from grouser.scripts.compare_tour import tour
+from grouser.scripts.compare_tour import tour, waypoint_driver
 
 TOUR, WAYPOINTS = "tour", "waypoints"
+PLANNED = (TOUR, WAYPOINTS)
+"""Drivers that look at the world before they begin."""
 DRIVERS = (*DRIVES, TOUR, WAYPOINTS)
 
 
@@ -38,7 +40,7 @@ class Plan:
     steps: int
     folder: ResultsFolder
     scout: Env | None = None
-    """The same world without sensors, for the operator of a tour; None for other drivers."""
+    """The same world without sensors, for drivers of PLANNED; None for the others."""
 
     def close(self) -> None:
         """Free the environments."""
@@ -98,7 +100,8 @@ def _closed_loop(
 ) -> None:
     for name in names:
         on_rollout(f"seed {seed}, {name}")
-        driver = WaypointDriver(plan.rig)
+        assert plan.scout is not None
+        driver = waypoint_driver(plan.scout, seed)
         run = compare_closed_loop(
             plan.env,
             name,

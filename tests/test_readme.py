@@ -9,17 +9,27 @@ from pathlib import Path
 import pytest
 import tyro
 
-from grouser.agents.scripted import DRIVES
+from grouser.envs.simulation.worlds.registry import world_names
 from grouser.estimators import names
+from grouser.scripts.cli import COMMANDS as COMMANDS_BY_NAME
 from grouser.scripts.compare import Compare
+from grouser.scripts.compare_execution import DRIVERS
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text()
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
 
 
-def blocks(language: str) -> list[str]:
-    return re.findall(rf"^```{language}\n(.*?)^```$", README, flags=re.MULTILINE | re.DOTALL)
+def blocks(language: str, document: str = README) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```$", document, flags=re.MULTILINE | re.DOTALL)
+
+
+IN_DOCS = [
+    block
+    for path in DOCUMENTS
+    if path.parent.name == "docs"
+    for block in blocks("python", path.read_text())
+]
 
 
 COMMANDS = [
@@ -30,7 +40,7 @@ COMMANDS = [
 ]
 
 
-@pytest.mark.parametrize("block", blocks("python"), ids=["example", "estimator"])
+@pytest.mark.parametrize("block", [*blocks("python"), *IN_DOCS])
 def test_python_blocks_run(block: str, tmp_path: Path) -> None:
     script = tmp_path / "block.py"
     script.write_text(block)
@@ -56,10 +66,12 @@ def test_make_commands_exist(command: str) -> None:
 @pytest.mark.parametrize("command", [c for c in COMMANDS if c.startswith("grouser ")])
 def test_grouser_commands_are_understood(command: str) -> None:
     program, subcommand, *arguments = shlex.split(command)
-    assert (program, subcommand) == ("grouser", "compare")
-    options = tyro.cli(Compare, args=arguments)
-    assert set(options.estimators) <= set(names())
-    assert options.driver in {None, "waypoints", *DRIVES}
+    assert program == "grouser"
+    options = tyro.cli(COMMANDS_BY_NAME[subcommand], args=arguments)
+    if isinstance(options, Compare):
+        assert set(options.estimators) <= set(names())
+        assert options.driver in {None, *DRIVERS}
+        assert options.world in {None, *world_names()}
 
 
 @pytest.mark.parametrize("command", [c for c in COMMANDS if c.startswith("python ")])

@@ -204,3 +204,63 @@ def test_the_default_folder_is_new_and_named(
         "driver": "figure-eight",
         "steps": 3,
     }
+
+
+# --- worlds --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("driver", ["tour", "waypoints"])
+def test_in_a_narrow_world_the_robot_finds_its_way(driver: str, tmp_path: Path) -> None:
+    in_corridor = ["--world", "corridor", "--dynamics", "fast", "--steps", "150"]
+    assert run(*BLIND, *in_corridor, "--driver", driver, "--output", tmp_path / "a") == 0
+    truth, _ = results(tmp_path / "a")
+    assert truth["source"] == "world:corridor" and truth["steps"] == 150
+    assert truth["distance_m"] > 3.5, "it was not stopped by a wall"
+
+
+def test_everything_about_a_world_goes_from_the_command_line_into_the_settings(
+    tmp_path: Path,
+) -> None:
+    told = ["--world", "garden", "--difficulty", "0.8", "--terrain", "mud", "--dynamics", "fast"]
+    told += ["--randomize", "light", "friction", "--effects", "tracks.noise=0.05"]
+    told += ["--faults", "tracks.left_stuck:1:2", "stereo.darkness:0::0.5"]
+    assert run(*BLIND, *told, "--steps", 15, "--output", tmp_path / "a") == 0
+    settings = json.loads((tmp_path / "a/settings.json").read_text())
+    del settings["grouser"]
+    assert settings == {
+        "world": "garden",
+        "driver": "tour",
+        "steps": 15,
+        "difficulty": 0.8,
+        "terrain": "mud",
+        "dynamics": "fast",
+        "randomize": ["light", "friction"],
+        "effects": {"tracks.noise": 0.05},
+        "faults": [
+            {"what": "tracks.left_stuck", "start": 1.0, "end": 2.0},
+            {"what": "stereo.darkness", "start": 0.0, "amount": 0.5},
+        ],
+    }
+    plain = ["--world", "garden", "--difficulty", "0.8", "--terrain", "mud", "--dynamics", "fast"]
+    assert run(*BLIND, *plain, "--steps", 15, "--output", tmp_path / "b") == 0
+    assert results(tmp_path / "a")[1]["ate_m"] != results(tmp_path / "b")[1]["ate_m"]
+
+
+@pytest.mark.parametrize(
+    ("told", "words"),
+    [
+        (["--effects", "tracks.noise"], "'tracks.noise' is not NAME=AMOUNT, such as"),
+        (["--effects", "tracks.nois=1"], "did you mean 'tracks.noise'?"),
+        (["--faults", "gps.outage:a:b"], "is not NAME:START:END or NAME:START:END:AMOUNT"),
+        (["--faults", "gps.outage:5:2"], "must end after it starts"),
+        (["--terrain", "lava"], "no terrain is named 'lava'; known:"),
+        (["--difficulty", "2"], "difficulty must be in [0, 1]"),
+        (["--log", "/nowhere", "--terrain", "mud"], "--terrain describes a simulated world"),
+    ],
+)
+def test_what_a_world_cannot_be_is_refused_in_words(
+    told: list[str], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(*BLIND, *told, "--output", tmp_path / "a") == 2
+    assert words in " ".join(capsys.readouterr().err.split())
+    assert not (tmp_path / "a").exists()
