@@ -44,6 +44,7 @@ class ChaseView:
     def _viewpoint(self, T_world_base: Array) -> Array:
         """Level behind the robot, or as near to it as obstacles and walls make it come."""
         T_world_camera = lift(project(T_world_base)) @ _MOUNT
+        T_world_camera[2, 3] += T_world_base[2, 3]
         top = T_world_base[:3, 3] + _TOP
         away = T_world_camera[:3, 3] - top
         distance = float(np.linalg.norm(away))

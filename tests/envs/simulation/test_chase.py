@@ -23,6 +23,15 @@ def test_the_camera_stays_inside_the_walls(pose: tuple[float, float, float]) -> 
     assert behind < 0
 
 
+def test_the_camera_climbs_with_the_robot() -> None:
+    view, level = ChaseView(WORLD, RobotModel()), lift(WORLD.start)
+    raised = level.copy()
+    raised[2, 3] += 0.7
+    np.testing.assert_allclose(
+        view._viewpoint(raised)[:3, 3] - view._viewpoint(level)[:3, 3], [0, 0, 0.7], atol=1e-12
+    )
+
+
 def test_a_robot_with_its_back_to_a_wall_is_seen() -> None:
     """Its picture differs from one of the same place without it."""
     pose = lift([-8.6, 0.0, 0.0])
