@@ -118,12 +118,12 @@ def test_missing_matplotlib_is_told_before_the_work(
 
 def test_a_bug_is_not_taken_for_a_misuse(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A ValueError of the work itself must keep its traceback."""
-    from grouser.scripts import compare
+    from grouser.scripts import compare_work
 
     def broken(*arguments: object, **options: object) -> None:
         raise ValueError("a bug")
 
-    monkeypatch.setattr(compare, "execute", broken)
+    monkeypatch.setattr(compare_work, "execute", broken)
     with pytest.raises(ValueError, match="a bug"):
         main(["compare", "--estimators", "ground-truth", "--output", str(tmp_path / "a")])
 
@@ -131,12 +131,12 @@ def test_a_bug_is_not_taken_for_a_misuse(tmp_path: Path, monkeypatch: pytest.Mon
 def test_an_interruption_before_the_work_is_no_traceback(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from grouser.scripts import compare
+    from grouser.scripts import compare_work
 
     def interrupted(options: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(compare, "_prepare", interrupted)
+    monkeypatch.setattr(compare_work, "prepare", interrupted)
     assert main(["compare"]) == 130
     assert capsys.readouterr().err == "grouser compare: interrupted\n"
 
@@ -157,3 +157,14 @@ def test_without_a_terminal_there_is_no_progress_bar(tmp_path: Path, wall_log: P
     assert (done.returncode, done.stderr) == (0, "")
     assert "log:wall, 15 steps" in done.stdout
     assert "\x1b" not in done.stdout, "no colour codes in a file"
+
+
+def test_help_does_not_wait_for_what_only_the_work_needs() -> None:
+    """Physics, kernels and statistics take seconds to import."""
+    shown = (
+        "import sys; from grouser.scripts.cli import main; main(['--version']); print(*sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", shown], capture_output=True, text=True, check=True)
+    imported = set(done.stdout.split())
+    assert "tyro" in imported
+    assert not imported & {"numba", "scipy", "cv2", "pybullet", "grouser.envs.simulation"}

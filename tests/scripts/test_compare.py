@@ -10,7 +10,7 @@ import pytest
 
 from grouser.agents.waypoints import SQUARE
 from grouser.rig import camera_mount
-from grouser.scripts import compare
+from grouser.scripts import compare_work
 from grouser.scripts.cli import main
 from grouser.scripts.compare import Compare
 from grouser.scripts.compare_execution import execute
@@ -87,7 +87,7 @@ def test_an_interruption_keeps_what_was_done(
 
         execute(plan, stop, on_step)
 
-    monkeypatch.setattr(compare, "execute", interrupted)
+    monkeypatch.setattr(compare_work, "execute", interrupted)
     assert run(*BLIND, "--seeds", 2, "--steps", 5, "--output", tmp_path / "a") == 130
     assert [r["seed"] for r in results(tmp_path / "a")] == [0, 0]
     assert "2 runs in" in capsys.readouterr().out
@@ -109,7 +109,7 @@ def test_waypoints_are_driven_on_the_estimate(tmp_path: Path) -> None:
 
 def test_only_the_sensors_that_are_read_are_simulated(tmp_path: Path) -> None:
     options = Compare(estimators=("ground-truth", "dead-reckoning"), output=tmp_path / "a")
-    plan = compare._prepare(options)
+    plan = compare_work.prepare(options)
     plan.env.close()
     assert set(plan.env.observation_space.spaces) == {"tracks", "stamp"}  # type: ignore[attr-defined]
 
@@ -175,7 +175,7 @@ def test_the_camera_of_a_recording_can_be_told(tmp_path: Path, wall_log: Path) -
         camera_pitch_degrees=10,
         disparity_offset_px=0.1,
     )
-    stereo = compare._prepare(options).rig.stereo
+    stereo = compare_work.prepare(options).rig.stereo
     assert stereo is not None
     expected = camera_mount(0.5, 0.0, 1.65, pitch=np.radians(10))
     np.testing.assert_allclose(stereo.T_base_camera, expected, atol=1e-12)

@@ -8,14 +8,8 @@ import numpy as np
 import pytest
 
 from grouser.geometry import Array
-from grouser.scripts.skid_steer import (
-    LATERAL_FACTORS,
-    SkidSteer,
-    Variant,
-    in_range,
-    main,
-    verdict,
-)
+from grouser.scripts.cli import main
+from grouser.scripts.skid_steer import SkidSteer
 from grouser.scripts.skid_steer_runs import DT, Run, read_runs, speed_ratio, yaw_efficiency
 from grouser.scripts.skid_steer_simulation import (
     GAUGE,
@@ -25,6 +19,7 @@ from grouser.scripts.skid_steer_simulation import (
     drive_again,
     with_lateral_factor,
 )
+from grouser.scripts.skid_steer_work import LATERAL_FACTORS, Variant, in_range, verdict
 
 
 def turning(n: int, efficiency: float, slip: float = 0.0) -> tuple[Array, Array, Array]:
@@ -105,7 +100,7 @@ def test_the_program_prints_its_tables_and_draws(
 ) -> None:
     pytest.importorskip("matplotlib", reason='not installed: pip install "grouser[plot]"')
     output = tmp_path / "out"
-    assert main(["--data", str(folder), "--output", str(output)]) == 0
+    assert main(["skid-steer", "--data", str(folder), "--output", str(output)]) == 0
     printed = capsys.readouterr().out
     assert re.search(r"run0\W+0\.3[78]", printed) and re.search(r"run1\W+0\.4[12]", printed)
     assert "within the recorded 0.38 to 0.42" in printed
@@ -125,12 +120,12 @@ def test_bad_data_is_refused(
 ) -> None:
     if content is not None:
         (tmp_path / "run0.csv").write_text(content)
-    assert main(["--data", str(tmp_path), "--no-plots"]) == 2
+    assert main(["skid-steer", "--data", str(tmp_path), "--no-plots"]) == 2
     assert words in " ".join(capsys.readouterr().err.split())
 
 
 def test_a_missing_folder_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["--data", str(tmp_path / "nowhere"), "--no-plots"]) == 2
+    assert main(["skid-steer", "--data", str(tmp_path / "nowhere"), "--no-plots"]) == 2
     assert "is no folder; --data names the one that holds run*.csv" in capsys.readouterr().err
 
 
