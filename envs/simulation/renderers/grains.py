@@ -87,7 +87,7 @@ def _nearest_seeds(seeds: Any, owner: Any, to_gap: Any) -> None:
 
 def blades(rng: np.random.Generator, *, size: int, count: int, length: int) -> Image:
     """Grass from above: blades in all directions, the later on the earlier and brighter."""
-    tile = (35 + 12 * coloured_noise(rng, size, 0.8, 2)).astype(np.float32)
+    tile = (35 + 12 * coloured_noise(rng, size, 0.8, 2)).astype(np.float32, order="C")  # for OpenCV
     at, angle = rng.uniform(0, size, (count, 2)), rng.uniform(0, 2 * np.pi, count)
     reach = length * rng.uniform(0.4, 1.0, count)
     tips = at + reach[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)

@@ -69,6 +69,13 @@ def texture_metres() -> NDArray[np.float64]:
     return np.asarray(texture_bank(False).sizes * METRES_PER_TEXEL, dtype=np.float64)
 
 
+def texture_colours() -> NDArray[np.float64]:
+    """(texture, 3) mean colour of each texture, RGB from 0 to 255."""
+    bank = texture_bank(True)
+    last = np.log2(bank.sizes).astype(np.int64)
+    return np.array([bank.level(k, level)[0, 0] for k, level in enumerate(last)], dtype=np.float64)
+
+
 @cache
 def _greys() -> list[Image]:
     rngs = dict(zip(TEXTURES, np.random.default_rng(_SEED).spawn(len(TEXTURES)), strict=True))

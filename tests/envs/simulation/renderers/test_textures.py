@@ -1,12 +1,19 @@
 """Textures tile, are rich in corners, and their mip-maps keep the mean."""
 
+from typing import Any
+
 import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from grouser.envs.simulation.materials import TEXTURES
-from grouser.envs.simulation.renderers.textures import TextureBank, texture_bank
+from grouser.envs.simulation.renderers import grains
+from grouser.envs.simulation.renderers.textures import (
+    TextureBank,
+    texture_bank,
+    texture_colours,
+)
 
 TEXTURE_INDICES = range(len(TEXTURES))
 POOR = ("mud", "ice")
@@ -73,3 +80,27 @@ def test_grey_is_the_luma_of_the_colours() -> None:
 
 def test_the_bank_is_built_once() -> None:
     assert texture_bank(False) is texture_bank(False)
+
+
+def test_the_colour_of_a_texture_is_the_mean_of_its_texels() -> None:
+    bank = texture_bank(True)
+    for texture, colour in enumerate(texture_colours()):
+        mean = bank.level(texture, 0).mean(axis=(0, 1))
+        np.testing.assert_allclose(colour, mean, atol=1.0)
+
+
+def test_grass_is_the_same_whatever_the_layout_of_its_noise(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """An inverse FFT of numpy 1.26 gives columns first, and OpenCV draws on rows only."""
+
+    def grass() -> NDArray[np.float64]:
+        return grains.blades(np.random.default_rng(0), size=64, count=20, length=9)
+
+    expected, noise = grass(), grains.coloured_noise
+
+    def columns_first(*arguments: Any, **options: Any) -> NDArray[np.float64]:
+        return np.asfortranarray(noise(*arguments, **options))
+
+    monkeypatch.setattr(grains, "coloured_noise", columns_first)
+    np.testing.assert_array_equal(grass(), expected)
