@@ -1,4 +1,7 @@
-"""A world seen from above, drawn as a map: ground and relief, what stands, where the goals are."""
+"""A world seen from above, drawn as a map: ground and relief, what stands, where the goals are.
+
+Everything has the mean colour of its texture, and the ground a wash of it.
+"""
 
 import math
 from typing import Any
@@ -8,43 +11,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grouser.envs.simulation.ground import Ground
-from grouser.envs.simulation.materials import MATERIAL_NAMES, TEXTURES
+from grouser.envs.simulation.renderers.textures import texture_colours
 from grouser.envs.simulation.world import Boxes, World
 from grouser.envs.simulation.worlds.footprint import heights_under
 from grouser.envs.simulation.worlds.reachability import HEADROOM
 from grouser.geometry import Array
 
 Image = NDArray[np.uint8]
-Colour = tuple[int, int, int]  # RGB
+Colour = tuple[float, float, float]  # RGB
 
-_MATERIAL_COLOURS: dict[str, Colour] = {
-    "gravel": (186, 177, 158),
-    "asphalt": (120, 123, 128),
-    "cement": (212, 208, 198),
-    "grass": (146, 180, 106),
-    "mud": (134, 104, 76),
-    "ice": (206, 228, 240),
-}
-_TEXTURE_COLOURS: dict[str, Colour] = {
-    "gravel": (128, 120, 106),
-    "brick": (172, 92, 70),
-    "plaster": (246, 240, 226),
-    "pebbles": (158, 150, 140),
-    "blocks": (104, 110, 122),
-    "concrete": (138, 140, 142),
-    "asphalt": (66, 68, 74),
-    "grass": (96, 134, 66),
-    "mud": (100, 74, 50),
-    "ice": (176, 208, 226),
-    "bark": (112, 76, 48),
-    "foliage": (62, 112, 54),
-}
 _INK, _START, _GOAL, _PAPER = (36, 36, 40), (226, 74, 30), (126, 44, 160), (250, 250, 248)
 _FINENESS = 3  # drawn so many times larger, then shrunk: smooth edges
 _CONTOUR = 0.25  # m between two contour lines
 _RELIEF_LIGHT = np.array([-0.5, 0.5, 0.7]) / np.linalg.norm([-0.5, 0.5, 0.7])
 _EXAGGERATION = 2.5  # of slopes in the shading
 _CROWN_OPACITY = 0.55
+_GROUND_OPACITY = 0.55  # of the ground's colour on the paper, so that things stand out from it
 
 
 class Overview:
@@ -60,6 +42,7 @@ class Overview:
         self._extent = np.array(ground.material.shape[::-1]) * ground.cell
         self._px = size * _FINENESS / float(self._extent.max())  # a metre
         self._middle = ground.origin + self._extent / 2
+        self._colours: list[Colour] = [(r, g, b) for r, g, b in texture_colours().tolist()]
         self._sheet: Any = None
 
     def draw(self) -> Image:
@@ -82,8 +65,8 @@ class Overview:
         steps = (np.arange(n) + 0.5 - n / 2) / self._px
         x, y = np.meshgrid(self._middle[0] + steps, self._middle[1] - steps)
         xy = np.stack([x, y], axis=-1)
-        palette = np.array([_MATERIAL_COLOURS[name] for name in MATERIAL_NAMES], dtype=np.float64)
-        colour = palette[ground.material_at(xy)]
+        washed = _GROUND_OPACITY * texture_colours() + (1 - _GROUND_OPACITY) * np.array(_PAPER)
+        colour = washed[ground.textures[ground.material_at(xy)]]
         if not ground.is_level:
             colour *= _hillshade(ground, xy)[..., None]
             colour[_contours(ground.height(xy))] *= 0.86
@@ -97,7 +80,7 @@ class Overview:
         picked = range(len(boxes)) if chosen is None else np.flatnonzero(chosen).tolist()
         corners = self._corners(boxes)
         for k in picked:
-            colour = _TEXTURE_COLOURS[TEXTURES[boxes.texture[k]]]
+            colour = self._colours[boxes.texture[k]]
             cv2.fillConvexPoly(self._sheet, corners[k], colour, cv2.LINE_AA)
             ink = _INK if outlined else _darker(colour)
             cv2.polylines(self._sheet, [corners[k]], True, ink, _FINENESS // 2 + 1, cv2.LINE_AA)
@@ -113,7 +96,7 @@ class Overview:
         centres = self._pixels(trunks.centre[:, :2])
         for centre, radius, texture in zip(centres, trunks.radius, trunks.texture, strict=True):
             r = max(_FINENESS, round(radius * self._px))
-            cv2.circle(self._sheet, centre, r, _TEXTURE_COLOURS[TEXTURES[texture]], -1, cv2.LINE_AA)
+            cv2.circle(self._sheet, centre, r, self._colours[texture], -1, cv2.LINE_AA)
             cv2.circle(self._sheet, centre, r, _INK, _FINENESS // 2 + 1, cv2.LINE_AA)
 
     def _draw_goals(self) -> None:
@@ -184,5 +167,5 @@ def _contours(height: Array) -> NDArray[np.bool_]:
 
 
 def _darker(colour: Colour) -> Colour:
-    r, g, b = (round(0.7 * channel) for channel in colour)
-    return r, g, b
+    r, g, b = colour
+    return 0.7 * r, 0.7 * g, 0.7 * b

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from grouser.envs.simulation.materials import TEXTURES
+from grouser.envs.simulation.renderers.textures import texture_colours
 from grouser.envs.simulation.world import World
 from grouser.envs.simulation.worlds.registry import make_world, world_names
 from grouser.scripts.cli import main
@@ -15,6 +17,7 @@ from grouser.scripts.contact_sheet import describe, sheet, world_cell
 from grouser.scripts.world_overview import Overview
 
 SIZE = 330
+PAPER = np.array([250, 250, 248])
 
 
 def made(name: str = "yard", seed: int = 0) -> World:
@@ -65,9 +68,23 @@ def test_the_map_shows_goals_start_and_walls_where_they_are() -> None:
     r, g, b = colour(*world.start[:2])
     assert r > 200 and g < 120 and b < 80
     r, g, b = colour(9.15, -2.0)
-    assert r - b > 60, "brick"
+    brick = texture_colours()[TEXTURES.index("brick")]
+    assert np.allclose([r, g, b], brick, atol=1.5)
     inside = [colour(x, y) for x, y in np.random.default_rng(0).uniform(-8.9, 8.9, (200, 2))]
-    assert np.median(inside, axis=0).tolist() == [186, 177, 158]
+    gravel = texture_colours()[TEXTURES.index("gravel")]
+    assert np.allclose(np.median(inside, axis=0), 0.55 * gravel + 0.45 * PAPER, atol=1.5)
+
+
+def test_things_on_the_map_have_the_colour_of_their_texture() -> None:
+    """Whatever it is: as the camera sees it."""
+    world = made()
+    largest = int(np.argmax(world.solids.half_extents[: -world.n_walls, :2].min(axis=1)))
+    x, y = world.solids.centre[largest, :2]
+    for texture in range(len(TEXTURES)):
+        solids = replace(world.solids, texture=np.full(len(world.solids), texture))
+        picture = Overview(replace(world, solids=solids), SIZE).draw()
+        seen = picture[round(SIZE / 2 - y * SIZE / 18.6 - 0.5), round(SIZE / 2 + x * SIZE / 18.6)]
+        assert np.allclose(seen, texture_colours()[texture], atol=1.5), TEXTURES[texture]
 
 
 def test_the_map_follows_what_is_moved() -> None:
