@@ -62,6 +62,12 @@ def _what_is_missing(complaint: str) -> str:
     )
 
 
+def is_software() -> bool:
+    """Whether the driver draws on the processor: Mesa's llvmpipe or softpipe."""
+    name = shared_context().info["GL_RENDERER"].lower()
+    return any(driver in name for driver in ("llvmpipe", "softpipe", "swrast"))
+
+
 def has_own_context() -> bool:
     """Whether this very process has made one."""
     return bool(_CONTEXT["owner"] == os.getpid())

@@ -13,6 +13,7 @@ from grouser.envs.simulation.renderers.base import NEAR, Image
 from grouser.envs.simulation.renderers.gl_context import has_own_context, shared_context
 from grouser.envs.simulation.renderers.gl_shaders import (
     MEASURE_FRAGMENT,
+    QUICK_SCENE_FRAGMENT,
     SCENE_FRAGMENT,
     SCENE_VERTEX,
     SKY_FRAGMENT,
@@ -37,33 +38,43 @@ _TRIANGLE = ("3f 2f 1f 1f 1f", "position", "uv", "shade", "texture_index", "obje
 
 
 class GlDrawing:
-    """Draws one mesh through one camera; not for two threads at a time."""
+    """Draws one mesh through one camera; not for two threads at a time.
 
-    def __init__(self, mesh: Mesh, camera: Pinhole, *, color: bool) -> None:
+    Args:
+        quick: without sub-samples and with plain mip-maps, in a third of the time where there is
+            no graphics hardware.
+    """
+
+    def __init__(self, mesh: Mesh, camera: Pinhole, *, color: bool, quick: bool) -> None:
         context = shared_context()
         self._camera, self._channels = camera, 3 if color else 1
         self._textures = texture_array(color)
         self._triangles = context.buffer(mesh_triangles(mesh).tobytes())
         buffers = [(self._triangles, *_TRIANGLE)]
-        scene, sky, measure = _programs(self._channels)
+        scene, sky, measure = _programs(self._channels, quick)
         self._scene, self._measure = (
             context.vertex_array(program, buffers, skip_errors=True) for program in (scene, measure)
         )
         self._sky = context.vertex_array(sky, [])
         colours = sky_colours(mesh.light, self._channels)
         self._sky_colours = [_vector(np.broadcast_to(colour / 255, 3)) for colour in colours]
-        self._smooth = self._target(self._channels, "f1", samples=_SAMPLES)
         self._flat = self._target(self._channels, "f1", samples=0)
+        self._drawn = self._flat if quick else self._target(self._channels, "f1", _SAMPLES)
         self._measured = self._target(2, "f4", samples=0)
 
     def images(self, poses: Sequence[Array]) -> list[Image]:
         """At most VIEWS images (height, width, channels)."""
-        context = self._begin(self._smooth)
+        context = self._begin(self._drawn)
         self._textures.use(0)
-        self._render_sky(poses)
         context.enable(moderngl.CULL_FACE | moderngl.DEPTH_TEST)
         self._render(self._scene, poses)
-        context.copy_framebuffer(self._flat, self._smooth)
+        # The sky comes last, at the far end of the depth buffer: only where nothing else shows.
+        context.disable(moderngl.CULL_FACE)
+        context.depth_func = "<="
+        self._render_sky(poses)
+        context.depth_func = "<"
+        if self._drawn is not self._flat:
+            context.copy_framebuffer(self._flat, self._drawn)
         return self._read(self._flat, self._channels, np.uint8, len(poses))
 
     def measure(self, T_world_camera: Array) -> NDArray[np.float32]:
@@ -79,7 +90,7 @@ class GlDrawing:
         if not has_own_context():
             return
         arrays = (self._scene, self._measure, self._sky, self._triangles)
-        targets = (self._smooth, self._flat, self._measured)
+        targets = {self._drawn, self._flat, self._measured}
         attachments = [a for t in targets for a in (*t.color_attachments, t.depth_attachment)]
         for held in (*arrays, *targets, *attachments):
             held.release()
@@ -123,14 +134,15 @@ class GlDrawing:
 
 
 @cache
-def _programs(channels: int) -> tuple[Any, Any, Any]:
+def _programs(channels: int, quick: bool) -> tuple[Any, Any, Any]:
     """For scenes, skies and measurements."""
     context, bank = shared_context(), texture_bank(channels == 3)
-    fragment = SCENE_FRAGMENT.replace("N_TEXTURES", str(len(TEXTURES)))
-    scene = context.program(SCENE_VERTEX, fragment)
+    fragment = QUICK_SCENE_FRAGMENT if quick else SCENE_FRAGMENT
+    scene = context.program(SCENE_VERTEX, fragment.replace("N_TEXTURES", str(len(TEXTURES))))
     scene["sizes"].write(_vector(bank.sizes))
     scene["array_size"].value = float(bank.sizes.max())
-    scene["anisotropy"].value = _ANISOTROPY
+    if not quick:
+        scene["anisotropy"].value = _ANISOTROPY
     sky = context.program(SKY_VERTEX, SKY_FRAGMENT)
     return scene, sky, context.program(SCENE_VERTEX, MEASURE_FRAGMENT)
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grouser.envs.simulation.renderers.base import Image, Renderer
-from grouser.envs.simulation.renderers.gl_context import shared_context
+from grouser.envs.simulation.renderers.gl_context import is_software, shared_context
 from grouser.envs.simulation.renderers.mesh import world_mesh
 from grouser.envs.simulation.renderers.pinhole import Pinhole
 from grouser.envs.simulation.world import World
@@ -51,5 +51,7 @@ class OpenGlRenderer(Renderer):
             shared_context()  # says what is missing
             from grouser.envs.simulation.renderers.gl_drawing import GlDrawing
 
-            self._made = GlDrawing(world_mesh(self._world), self._camera, color=self._color)
+            self._made = GlDrawing(
+                world_mesh(self._world), self._camera, color=self._color, quick=is_software()
+            )
         return self._made

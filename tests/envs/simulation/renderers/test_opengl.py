@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grouser.envs.simulation.renderers import gl_context
+from grouser.envs.simulation.renderers import gl_context, opengl
 from grouser.envs.simulation.renderers.pinhole import Pinhole
 from grouser.envs.simulation.renderers.registry import make_renderer
 from grouser.envs.simulation.world import World
@@ -36,20 +36,29 @@ def views(of: World) -> list[Array]:
     return [T @ lift([0, 0, turn]) @ MOUNT for turn in (0.0, 0.4)]
 
 
+AGREEMENT = {"smooth": (1.5, 5e-3, 5e-4), "quick": (3.0, 0.08, 0.01)}
+"""Mean absolute difference, grey levels, and shares of pixels off by more than 8 and by more than
+32. On hardware only edges differ, whose sub-samples do; a software driver is given less to do:
+neither sub-samples nor a second tap."""
+
+
 @needs_opengl
+@pytest.mark.parametrize("how", AGREEMENT)
 @pytest.mark.parametrize("color", [False, True])
 @pytest.mark.parametrize("name", ["yard", "mixed"])
-def test_the_two_renderers_agree(name: str, color: bool) -> None:
-    """Mean absolute difference below 1.5 grey levels; at most 0.5 % of pixels off by more than 8,
-    and 0.05 % by more than 32: edges, whose sub-samples differ."""
+def test_the_two_renderers_agree(
+    name: str, color: bool, how: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(opengl, "is_software", lambda: how == "quick")
     of = mixed_world() if name == "mixed" else make_world("yard", np.random.default_rng(3))
-    raster, opengl = (make_renderer(r, of, CAMERA, color=color) for r in ("raster", "opengl"))
-    for one, other in zip(raster.images(views(of)), opengl.images(views(of)), strict=True):
-        difference = np.abs(one.astype(np.float64) - other)
+    raster, other = (make_renderer(r, of, CAMERA, color=color) for r in ("raster", "opengl"))
+    mean, share, large = AGREEMENT[how]
+    for one, two in zip(raster.images(views(of)), other.images(views(of)), strict=True):
+        difference = np.abs(one.astype(np.float64) - two)
         assert one.std() > 15
-        assert difference.mean() < 1.5
-        assert (difference > 8).mean() < 5e-3
-        assert (difference > 32).mean() < 5e-4
+        assert difference.mean() < mean
+        assert (difference > 8).mean() < share
+        assert (difference > 32).mean() < large
 
 
 @needs_opengl
