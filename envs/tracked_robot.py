@@ -1,6 +1,5 @@
 """`grouser/TrackedRobot-v0`: a tracked robot in a world, with sensors and without a task."""
 
-import copy
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -14,9 +13,7 @@ from grouser.envs.sensors.schedule import Fault, Schedule
 from grouser.envs.sensors.suite import DEFAULT_SENSORS, SENSORS, SensorSuite, known_sensors
 from grouser.envs.simulation.chase import ChaseView
 from grouser.envs.simulation.motion import instantaneous_centres, longitudinal_slip
-from grouser.envs.simulation.renderers.base import Renderer
-from grouser.envs.simulation.renderers.pinhole import Pinhole
-from grouser.envs.simulation.renderers.registry import known_renderer, make_renderer
+from grouser.envs.simulation.renderers.registry import installed_renderer
 from grouser.envs.simulation.robot import TrackedRobot
 from grouser.envs.simulation.robot_model import RobotModel
 from grouser.envs.simulation.robot_rig import robot_rig
@@ -24,7 +21,7 @@ from grouser.envs.simulation.window import Window
 from grouser.envs.simulation.world import World
 from grouser.envs.simulation.worlds.recipe import WorldRecipe
 from grouser.envs.tracked_robot_arguments import checked_action, checked_image_size, known_mode
-from grouser.envs.tracked_robot_state import TrackedRobotState
+from grouser.envs.tracked_robot_state import SavedGenerator, TrackedRobotState
 from grouser.geometry import Array, inverse_transform, project
 from grouser.kernels import announce
 from grouser.rig import Rig
@@ -74,6 +71,7 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
         ValueError: a name that is not known (the message lists those that are), or a size, an
             amount or a time that is out of range.
         ImportError: what the renderer or the window needs is not installed; it says how to.
+        RuntimeError: a system library that the renderer needs is not.
     """
 
     metadata: dict[str, Any] = {
@@ -100,7 +98,6 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
     ) -> None:
         self._recipe = WorldRecipe(world, difficulty, terrain, randomize)
         self.render_mode = known_mode(render_mode, self.metadata["render_modes"])
-        self._renderer = known_renderer(renderer)
         self._schedule = Schedule(effects, faults)
         self._model = RobotModel()
         self.rig: Rig = robot_rig(
@@ -112,7 +109,7 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
         self._suite = SensorSuite(
             self.rig,
             known_sensors(sensors),
-            renderer=self._renderer,
+            renderer=installed_renderer(renderer),
             color=color,
             timing=timing,
             fastest_track=2 * self._model.top_speed,
@@ -139,7 +136,6 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
         self._closed = False
         self._world: World | None = None
         self._chase: ChaseView | None = None
-        self._ideal_eye: Renderer | None = None
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -202,7 +198,7 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
             start=self._T_world_start,
             robot=self._robot.save(),
             sensors=self._suite.save(),
-            generator=copy.deepcopy(self.np_random),
+            generator=SavedGenerator.of(self.np_random),
         )
 
     def restore_state(self, state: TrackedRobotState) -> None:
@@ -223,7 +219,7 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
         self._locate(state.start)
         self._robot.restore(state.robot, state.world)
         self._suite.restore(state.sensors, state.world)
-        self.np_random = copy.deepcopy(state.generator)
+        self.np_random = state.generator.restored()
         self._show()
 
     @property
@@ -240,12 +236,12 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
     def depth(self) -> NDArray[np.float32]:
         """(H, W) distance along the optical axis of what the left camera ideally sees, m; inf for
         the sky. For learning and for tests."""
-        return self._left_eye().depth(self._T_world_camera())
+        return self._suite.depth(self.world, self._motion)
 
     def segmentation(self) -> NDArray[np.int32]:
         """(H, W) what the left camera ideally sees: 0 sky, 1 ground, then 2 + the index into the
         world's solids, cylinders and slabs, one after another."""
-        return self._left_eye().segmentation(self._T_world_camera())
+        return self._suite.segmentation(self.world, self._motion)
 
     def render(self) -> NDArray[np.uint8] | None:
         """A view from behind, RGB (480, 640, 3); None in a window or without a render mode."""
@@ -256,8 +252,6 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
         """Free physics, threads and window; a second call does nothing."""
         self._robot.close()
         self._suite.close()
-        if self._ideal_eye is not None:
-            self._ideal_eye.close()
         if self._window is not None:
             self._window.close()
         self._closed = True
@@ -291,24 +285,7 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
 
     def _take(self, world: World) -> None:
         """From here on this is the world."""
-        if self._ideal_eye is not None:
-            self._ideal_eye.close()
-        self._world, self._chase, self._ideal_eye = world, None, None
-
-    def _left_eye(self) -> Renderer:
-        """Of the camera as the rig describes it, without effects or faults."""
-        world, camera = self.world, self.rig.stereo
-        assert camera is not None
-        if self._ideal_eye is None:
-            pinhole = Pinhole(
-                camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy
-            )
-            self._ideal_eye = make_renderer(self._renderer, world, pinhole, color=False)
-        return self._ideal_eye
-
-    def _T_world_camera(self) -> Array:
-        assert self.rig.stereo is not None
-        return self._motion.T_world_base @ self.rig.stereo.T_base_camera
+        self._world, self._chase = world, None
 
     def _show(self) -> None:
         if self._window is not None:

@@ -25,6 +25,7 @@ from grouser.envs.simulation.renderers.pinhole import Pinhole
 from grouser.envs.simulation.renderers.registry import make_renderer
 from grouser.envs.simulation.worlds.registry import make_world, world_names
 from grouser.envs.tracked_robot import TrackedRobotEnv
+from grouser.envs.tracked_robot_state import SavedGenerator
 from grouser.geometry import transform
 from grouser.rig import R_BASE_OPTICAL
 
@@ -157,6 +158,18 @@ def test_a_state_is_restored_to_the_bit_in_contact_with_a_wall(dynamics: str) ->
     assert go_on(fresh, forward[:20]) == then
     env.close()
     fresh.close()
+
+
+def test_a_saved_generator_spawns_the_same_children() -> None:
+    """Also with NumPy 1.26, which pickles and copies generators without their seeds."""
+    rng = np.random.default_rng(3)
+    rng.spawn(2)
+    saved = pickle.loads(pickle.dumps(SavedGenerator.of(rng)))
+    children = [rng, *rng.spawn(2)]
+    drawn = [child.random() for child in children]
+    for _ in range(2):
+        again = saved.restored()
+        assert [child.random() for child in [again, *again.spawn(2)]] == drawn
 
 
 _RESTORE = """

@@ -1,5 +1,6 @@
 """`grouser/TrackedRobot-v0` keeps the contracts of Gymnasium, of DESIGN section 3 and its own."""
 
+import gc
 import json
 import multiprocessing
 import subprocess
@@ -21,6 +22,7 @@ from gymnasium.wrappers import TimeLimit
 import grouser  # noqa: F401 - registers the environments
 from grouser.envs.sensors.suite import DEFAULT_SENSORS
 from grouser.envs.simulation.bullet_dynamics import BulletDynamics
+from grouser.envs.simulation.renderers import gl_context
 from grouser.envs.simulation.renderers.rasteriser import Rasteriser
 from grouser.envs.tracked_robot import TrackedRobotEnv
 from grouser.geometry import compose, project
@@ -357,6 +359,20 @@ def test_a_window_without_pygame_says_what_to_install(monkeypatch: pytest.Monkey
         TrackedRobotEnv(render_mode="human")
 
 
+def test_what_opengl_lacks_is_said_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as without:
+        without.setitem(sys.modules, "moderngl", None)
+        with pytest.raises(ImportError, match=r'needs moderngl: pip install "grouser\[opengl\]"'):
+            TrackedRobotEnv(renderer="opengl")
+    pytest.importorskip(
+        "moderngl", reason='the extra is not installed: pip install "grouser[opengl]"'
+    )
+    monkeypatch.setitem(gl_context.LIBRARIES, "libGL.so.none", "libgl-none")
+    words = "needs the system library libGL.so.none.*|needs the system library libEGL"
+    with pytest.raises(RuntimeError, match=words):
+        TrackedRobotEnv(renderer="opengl")
+
+
 # --- errors and the end --------------------------------------------------------------------------
 
 
@@ -427,6 +443,16 @@ def test_close_frees_everything_and_may_be_called_twice() -> None:
     assert not pybullet.isConnected(client)
     assert not any(thread.name.startswith("grouser") for thread in threading.enumerate())
     env.close()
+
+
+def test_an_environment_that_is_forgotten_frees_its_physics() -> None:
+    env = TrackedRobotEnv(sensors=())
+    dynamics = env._robot._dynamics
+    assert isinstance(dynamics, BulletDynamics)
+    client = dynamics.bullet.client
+    del env, dynamics
+    gc.collect()
+    assert not pybullet.isConnected(client)
 
 
 def test_seed_zero_is_a_seed(env: TrackedRobotEnv) -> None:

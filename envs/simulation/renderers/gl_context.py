@@ -1,5 +1,7 @@
 """The one OpenGL context of a process: made at first use, never carried through a fork."""
 
+import ctypes
+import importlib.util
 import os
 from typing import Any
 
@@ -9,6 +11,24 @@ INSTALL = 'pip install "grouser[opengl]"'
 LIBRARIES = {"libEGL.so.1": "libegl1", "libGL.so.1": "libgl1"}
 """System library and the Debian package that it is in."""
 DRIVER_PACKAGE = "libgl1-mesa-dri"
+_NO_MODERNGL = f"renderer='opengl' needs moderngl: {INSTALL} (renderer='raster' needs nothing)"
+
+
+def require_opengl() -> None:
+    """Raise for what is not installed, as `shared_context` would, but draw nothing: the process
+    may be forked afterwards, and a driver that fails is found only at the first picture.
+
+    Raises:
+        ImportError: moderngl is not installed.
+        RuntimeError: a system library is missing.
+    """
+    if importlib.util.find_spec("moderngl") is None:
+        raise ImportError(_NO_MODERNGL)
+    for library in LIBRARIES:
+        try:
+            ctypes.CDLL(library)
+        except OSError as error:
+            raise RuntimeError(_what_is_missing(library)) from error
 
 
 def shared_context() -> Any:
@@ -35,9 +55,7 @@ def _new_context() -> Any:
     try:
         import moderngl
     except ImportError as error:
-        raise ImportError(
-            f"renderer='opengl' needs moderngl: {INSTALL} (renderer='raster' needs nothing)"
-        ) from error
+        raise ImportError(_NO_MODERNGL) from error
     egl, gl = LIBRARIES
     off_screen: dict[str, Any] = {"backend": "egl", "libegl": egl, "libgl": gl}
     try:

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from grouser.envs.simulation.renderers.base import Renderer
+from grouser.envs.simulation.renderers.gl_context import require_opengl
 from grouser.envs.simulation.renderers.opengl import OpenGlRenderer
 from grouser.envs.simulation.renderers.pinhole import Pinhole
 from grouser.envs.simulation.renderers.raster import RasterRenderer
@@ -37,4 +38,16 @@ def known_renderer(name: str) -> str:
     """
     if name not in RENDERERS:
         raise ValueError(f"no renderer is named {name!r}; known: {', '.join(RENDERERS)}")
+    return name
+
+
+def installed_renderer(name: str) -> str:
+    """The name, if a renderer has it and what that needs is installed.
+
+    Raises:
+        ValueError: none has; the message lists those there are.
+        ImportError, RuntimeError: a package, a system library is missing; it says what to install.
+    """
+    if known_renderer(name) == "opengl":
+        require_opengl()
     return name
