@@ -45,6 +45,10 @@ def timing_of(key: str, timing: Mapping[str, float], dt: float) -> Timing:
         ValueError: an unknown name, a rate whose period is no whole multiple of the control step
             (the message has the nearest that is), or a negative latency.
     """
+    if not isinstance(timing, Mapping):
+        raise ValueError(
+            f"timing must be numbers by name, such as {{'lidar.rate': 5.0}}, got {timing!r}"
+        )
     for name in timing:
         known(name, _NAMES, "timing")
     both = "stereo" if key in ("left", "right") else key

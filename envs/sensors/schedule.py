@@ -1,7 +1,7 @@
 """When what is wrong: effects that hold all the time, and faults that hold for a while."""
 
 from bisect import bisect_right
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from math import inf
 from numbers import Real
@@ -81,7 +81,9 @@ class Schedule:
         effects: Mapping[str, float] | None = None,
         faults: Sequence[Mapping[str, Any] | Fault] = (),
     ) -> None:
-        self._effects = {name: checked_amount(name, a) for name, a in (effects or {}).items()}
+        effects = {} if effects is None else effects
+        _require_containers(effects, faults)
+        self._effects = {name: checked_amount(name, a) for name, a in effects.items()}
         self.faults = tuple(Fault.of(fault) for fault in faults)
         """In the order in which they were given."""
         ends = {time for fault in self.faults for time in (fault.start, fault.end)}
@@ -118,3 +120,14 @@ def _amounts(given: Mapping[str, float]) -> Mapping[str, float]:
         for name, effect in EFFECTS.items()
     }
     return MappingProxyType(amounts)
+
+
+def _require_containers(effects: object, faults: object) -> None:
+    if not isinstance(effects, Mapping):
+        raise ValueError(
+            f"effects must be amounts by name, such as {{'stereo.defocus': 1.0}}, got {effects!r}"
+        )
+    if isinstance(faults, (str, Mapping)) or not isinstance(faults, Iterable):
+        raise ValueError(
+            f"faults must be a list, such as [{{'what': 'gps.outage', 'start': 5.0}}], got {faults!r}"
+        )

@@ -34,6 +34,8 @@ def known_sensors(names: Iterable[str]) -> tuple[str, ...]:
     Raises:
         ValueError: one of the names is none of SENSORS; the message lists them.
     """
+    if not isinstance(names, Iterable):
+        raise ValueError(f"sensors must be names of: {', '.join(SENSORS)}, got {names!r}")
     listed = (names,) if isinstance(names, str) else tuple(names)
     unknown = [name for name in listed if name not in (*SENSORS, "stamp")]
     if unknown:

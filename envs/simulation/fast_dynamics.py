@@ -1,4 +1,4 @@
-"""The same law on a rigid body of our own: one call a control step, some thirty times faster."""
+"""The same law on a rigid body of our own: one call a control step, some ten times faster."""
 
 import math
 from typing import Any

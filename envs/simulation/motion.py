@@ -156,7 +156,8 @@ def instantaneous_centres(motion: Motion) -> Array:
 
     With the tracks' mean speeds u they give the mean twist back: w = (u_R - u_L) / (y_L - y_R),
     v_x = u_L + w y_L, v_y = -w x; and `compose(pose, exp(dt * twist))` the next pose, as far as the
-    robot is level and the twist steady within the step.
+    robot is level and the twist steady within the step. Where both tracks run alike and the ground
+    turns the robot, y_left equals y_right and they say nothing of w.
     """
     vx, vy, w = motion.twist
     if abs(w) < STRAIGHT_RATE:

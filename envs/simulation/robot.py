@@ -25,7 +25,7 @@ _LEAVES: dict[str, type[BulletDynamics] | type[FastDynamics]] = {
 }
 
 DYNAMICS = tuple(_LEAVES)
-"""What may move the robot: Bullet, or a rigid body of our own that is some thirty times faster."""
+"""What may move the robot: Bullet, or a rigid body of our own that is some ten times faster."""
 
 _SETTLING_STEPS = 120
 _STOPPED = np.zeros(2)

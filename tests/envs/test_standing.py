@@ -1,6 +1,7 @@
 """What others build on: checkers without a word for every set of sensors, states that can be saved
 and restored to the bit, vectors, and no growing memory."""
 
+import gc
 import itertools
 import multiprocessing
 import pickle
@@ -14,6 +15,7 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
+import pybullet
 import pytest
 from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils.env_checker import check_env
@@ -21,6 +23,7 @@ from numpy.typing import NDArray
 
 import grouser  # noqa: F401 - registers the environments
 from grouser.envs.sensors.suite import SENSORS
+from grouser.envs.simulation.bullet_dynamics import BulletDynamics
 from grouser.envs.simulation.renderers.pinhole import Pinhole
 from grouser.envs.simulation.renderers.registry import make_renderer
 from grouser.envs.simulation.worlds.registry import make_world, world_names
@@ -271,6 +274,16 @@ def test_the_default_renderers_pictures_are_pinned() -> None:
 
 
 # --- memory --------------------------------------------------------------------------------------
+
+
+def test_an_environment_that_is_forgotten_frees_its_physics() -> None:
+    env = TrackedRobotEnv(sensors=())
+    dynamics = env._robot._dynamics
+    assert isinstance(dynamics, BulletDynamics)
+    client = dynamics.bullet.client
+    del env, dynamics
+    gc.collect()
+    assert not pybullet.isConnected(client)
 
 
 @pytest.mark.parametrize(

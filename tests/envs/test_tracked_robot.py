@@ -1,11 +1,9 @@
 """`grouser/TrackedRobot-v0` keeps the contracts of Gymnasium, of DESIGN section 3 and its own."""
 
-import gc
 import json
 import multiprocessing
 import subprocess
 import sys
-import threading
 import warnings
 from collections.abc import Iterator
 from hashlib import sha256
@@ -13,19 +11,16 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
-import pybullet
 import pytest
-from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 from gymnasium.utils.env_checker import check_env
 from gymnasium.wrappers import TimeLimit
 
 import grouser  # noqa: F401 - registers the environments
 from grouser.envs.sensors.suite import DEFAULT_SENSORS
-from grouser.envs.simulation.bullet_dynamics import BulletDynamics
-from grouser.envs.simulation.renderers import gl_context
 from grouser.envs.simulation.renderers.rasteriser import Rasteriser
+from grouser.envs.simulation.worlds.registry import world_names
 from grouser.envs.tracked_robot import TrackedRobotEnv
-from grouser.geometry import compose, project
+from grouser.geometry import compose, exp, project
 
 SMALL = (64, 48)
 Observation = dict[str, Any]
@@ -193,6 +188,27 @@ def test_the_truth_begins_at_zero_and_is_consistent(env: TrackedRobotEnv) -> Non
     assert info["contacts"] == 0 and info["collision"] is False
 
 
+@pytest.mark.parametrize("world", world_names())
+def test_centres_of_rotation_give_back_the_motion_in_every_world(world: str) -> None:
+    """As docs/simulation.md says: where the tracks turn the robot, on slopes too."""
+    env = TrackedRobotEnv(world=world, difficulty=0.7, sensors=(), dynamics="fast")
+    _, info = env.reset(seed=1)
+    turning = 0
+    for action in np.repeat(actions(6, seed=2), 10, axis=0):
+        before = info["true_pose"]
+        *_, info = env.step(action)
+        twist, (u_left, u_right) = info["true_twist"], info["track_speed"]
+        y_left, y_right, x = info["icr"]
+        if abs(y_left - y_right) > 1e-3:  # not NaN
+            turning += 1
+            w = (u_right - u_left) / (y_left - y_right)
+            np.testing.assert_allclose([u_left + w * y_left, -x * w, w], twist, atol=1e-9)
+        # At 20 degrees of slope a step of 5 cm is 3 mm shorter from above.
+        np.testing.assert_allclose(compose(before, exp(0.1 * twist)), info["true_pose"], atol=3e-3)
+    assert turning > 40
+    env.close()
+
+
 def test_slip_makes_track_increments_differ_from_the_motion(env: TrackedRobotEnv) -> None:
     env.reset(seed=2)
     turned, expected = 0.0, 0.0
@@ -251,6 +267,7 @@ def test_reset_without_a_seed_goes_on_to_another_world(env: TrackedRobotEnv) -> 
 _HASH_SCRIPT = """
 import sys
 sys.path.insert(0, {tests!r})
+from grouser.envs.simulation.worlds.registry import world_names
 from grouser.envs.tracked_robot import TrackedRobotEnv
 from tests.envs.test_tracked_robot import digest, rollout
 print(digest(rollout(TrackedRobotEnv(), seed=11, n=8)))
@@ -300,20 +317,6 @@ def test_two_environments_at_once_do_not_meddle(env: TrackedRobotEnv) -> None:
     assert digest(observations) == alone
 
 
-def test_a_vector_of_environments_gives_the_bits_of_single_ones(env: TrackedRobotEnv) -> None:
-    """In processes of their own; the vector seeds them with seed, seed + 1, ..."""
-    vector = gym.make_vec(
-        "grouser/TrackedRobot-v0", num_envs=2, vectorization_mode="async", image_size=SMALL
-    )
-    together = [vector.reset(seed=7)[0]]
-    together += [vector.step(np.stack([action, action]))[0] for action in actions(3)]
-    vector.close()
-    for index in range(2):
-        alone = rollout(env, seed=7 + index, n=3)
-        for one, both in zip(alone, together, strict=True):
-            assert all(np.array_equal(one[key], both[key][index]) for key in one)
-
-
 # --- rendering -----------------------------------------------------------------------------------
 
 
@@ -353,106 +356,7 @@ def test_a_window_opens_and_closes(monkeypatch: pytest.MonkeyPatch) -> None:
     env.close()
 
 
-def test_a_window_without_pygame_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "pygame", None)
-    with pytest.raises(ImportError, match=r'needs pygame.*pip install "grouser\[view\]"'):
-        TrackedRobotEnv(render_mode="human")
-
-
-def test_what_opengl_lacks_is_said_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    with monkeypatch.context() as without:
-        without.setitem(sys.modules, "moderngl", None)
-        with pytest.raises(ImportError, match=r'needs moderngl: pip install "grouser\[opengl\]"'):
-            TrackedRobotEnv(renderer="opengl")
-    pytest.importorskip(
-        "moderngl", reason='the extra is not installed: pip install "grouser[opengl]"'
-    )
-    monkeypatch.setitem(gl_context.LIBRARIES, "libGL.so.none", "libgl-none")
-    words = "needs the system library libGL.so.none.*|needs the system library libEGL"
-    with pytest.raises(RuntimeError, match=words):
-        TrackedRobotEnv(renderer="opengl")
-
-
-# --- errors and the end --------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"world": "yrad"}, r"no world is named 'yrad'; did you mean 'yard'\? known: .*yard"),
-        ({"sensors": ("sonar",)}, "no sensor is named 'sonar'; known: left, right, tracks, lidar"),
-        ({"sensors": "sonar"}, "no sensor is named 'sonar'"),
-        ({"render_mode": "ansi"}, "no render mode is named 'ansi'; known: None, human, rgb_array"),
-        ({"image_size": (320,)}, r"image_size must be width and height.*got \(320,\)"),
-        ({"image_size": (4, 4)}, "whole numbers from 16 to 4096"),
-        ({"image_size": 320}, "image_size must be width and height.*got 320"),
-        ({"difficulty": 1.5}, r"difficulty must be in \[0, 1\].*got 1.5"),
-        ({"terrain": "lava"}, "no terrain is named 'lava'; known: .*gravel"),
-        ({"randomize": ("colour",)}, "nothing named 'colour' can be randomised; .*known: texture"),
-        ({"dynamics": "havok"}, "no dynamics are named 'havok'; known: bullet, fast"),
-        ({"renderer": "vulkan"}, "no renderer is named 'vulkan'; known: raster, opengl"),
-        ({"effects": {"stereo.noise": 1.0}}, "no effect is named 'stereo.noise'; did you mean"),
-        ({"effects": {"tracks.noise": -1.0}}, "tracks.noise .* must be a number from 0 to"),
-        ({"faults": [{"what": "gps.outage", "start": 5, "end": 2}]}, "must end after it starts"),
-        ({"timing": {"lidar.rate": 3.0}}, "lidar.rate"),
-    ],
-)
-def test_bad_options_are_refused(options: dict[str, Any], words: str) -> None:
-    with pytest.raises(ValueError, match=words):
-        TrackedRobotEnv(**options)
-
-
-@pytest.mark.parametrize("action", [np.zeros(3), np.array([np.nan, 0.0]), np.zeros((1, 2))])
-def test_a_malformed_action_is_refused(env: TrackedRobotEnv, action: Any) -> None:
-    env.reset(seed=0)
-    with pytest.raises(ValueError, match="an action is two finite numbers"):
-        env.step(action)
-
-
-def test_a_speed_beyond_the_motors_is_clipped(env: TrackedRobotEnv) -> None:
-    poses = []
-    for fraction in (1.0, 5.0):
-        env.reset(seed=0)
-        poses.append(env.step(np.array([fraction, fraction], dtype=np.float32))[4]["true_pose"])
-    assert np.array_equal(*poses)
-
-
-def test_reset_takes_no_options(env: TrackedRobotEnv) -> None:
-    with pytest.raises(ValueError, match=r"reset takes no options, got \['start'\]"):
-        env.reset(seed=0, options={"start": 1})
-
-
-def test_the_order_of_calls_is_checked(env: TrackedRobotEnv) -> None:
-    with pytest.raises(ResetNeeded, match="call reset\\(\\) before step"):
-        env.step(np.zeros(2, dtype=np.float32))
-    env.close()
-    for call in (env.reset, lambda: env.step(np.zeros(2, dtype=np.float32)), env.render):
-        with pytest.raises(ClosedEnvironmentError, match="was closed; make a new one"):
-            call()
-
-
-def test_close_frees_everything_and_may_be_called_twice() -> None:
-    env = TrackedRobotEnv(image_size=SMALL)
-    rollout(env, seed=0, n=1)
-    dynamics = env._robot._dynamics
-    assert isinstance(dynamics, BulletDynamics)
-    client = dynamics.bullet.client
-    assert pybullet.isConnected(client)
-    assert any(thread.name.startswith("grouser") for thread in threading.enumerate())
-    env.close()
-    assert not pybullet.isConnected(client)
-    assert not any(thread.name.startswith("grouser") for thread in threading.enumerate())
-    env.close()
-
-
-def test_an_environment_that_is_forgotten_frees_its_physics() -> None:
-    env = TrackedRobotEnv(sensors=())
-    dynamics = env._robot._dynamics
-    assert isinstance(dynamics, BulletDynamics)
-    client = dynamics.bullet.client
-    del env, dynamics
-    gc.collect()
-    assert not pybullet.isConnected(client)
+# --- defaults ------------------------------------------------------------------------------------
 
 
 def test_seed_zero_is_a_seed(env: TrackedRobotEnv) -> None:
