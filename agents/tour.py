@@ -25,7 +25,7 @@ def plan_tour(world: World) -> Array:
     The nearest goal that is left comes next. Ways keep away from obstacles where they can.
 
     Raises:
-        ValueError: the world has no goals.
+        ValueError: the world has no goals, or one that the robot cannot drive to.
     """
     if not len(world.goals):
         raise ValueError(f"the world {world.name!r} has no goals to drive to")
@@ -36,6 +36,11 @@ def plan_tour(world: World) -> Array:
         way_to = _ways_from(graph, space, at)
         lengths = [way_to.length(goal) for goal in left]
         nearest = int(np.argmin(lengths))
+        if lengths[nearest] == np.inf:
+            raise ValueError(
+                f"the robot cannot drive from {at} to any of the goals {left} of the world "
+                f"{world.name!r}: not everywhere on the way is room for it"
+            )
         at = left.pop(nearest)
         legs.append(way_to.points(at))
     return _spaced(np.concatenate([world.start[None, :2], *legs]))
@@ -48,6 +53,7 @@ class _Ways:
         self._space, self._lengths, self._before = space, lengths, before
 
     def length(self, place: Array) -> float:
+        """m, more near obstacles; infinity where there is no way."""
         return float(self._lengths[_node(self._space, place)])
 
     def points(self, place: Array) -> Array:

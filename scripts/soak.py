@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.progress import track
 
 from grouser.envs.tracked_robot import TrackedRobotEnv
+from grouser.scripts.usage import UsageError, usage_errors
 
 _WARM_UP_EPISODES = 5
 _BYTES_OF_MAXRSS = 1 if sys.platform == "darwin" else 1024
@@ -45,12 +46,17 @@ class Soak:
 
     def run(self) -> int:
         """Drive, print the growth, and return the exit code."""
-        grown = self._grown()
+        if self.steps < 1 or self.resets < 1:
+            raise UsageError(
+                f"--steps and --resets must be at least 1, got {self.steps} and {self.resets}"
+            )
+        with usage_errors():
+            env = TrackedRobotEnv(world=self.world, dynamics=self.dynamics, sensors=self.sensors)
+        grown = self._growth_of(env)
         print(f"{self.steps} steps, {self.resets} resets: memory grew by {grown:.1f} MB")
         return int(grown > self.limit)
 
-    def _grown(self) -> float:
-        env = TrackedRobotEnv(world=self.world, dynamics=self.dynamics, sensors=self.sensors)
+    def _growth_of(self, env: TrackedRobotEnv) -> float:
         actions = np.random.default_rng(0).uniform(-1, 1, (1 + self.steps, 2)).astype(np.float32)
         length, more = divmod(self.steps, self.resets)
         before, step = 0.0, 0
@@ -73,8 +79,12 @@ def _peak_megabytes() -> float:
 
 
 def main() -> int:
-    """The command line."""
-    return tyro.cli(Soak, prog="soak.py").run()
+    """The command line; the exit code is 2 for a misuse."""
+    try:
+        return tyro.cli(Soak, prog="soak.py").run()
+    except UsageError as error:
+        print(f"soak.py: error: {error}", file=sys.stderr)
+        return 2
 
 
 if __name__ == "__main__":

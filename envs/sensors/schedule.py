@@ -129,5 +129,5 @@ def _require_containers(effects: object, faults: object) -> None:
         )
     if isinstance(faults, (str, Mapping)) or not isinstance(faults, Iterable):
         raise ValueError(
-            f"faults must be a list, such as [{{'what': 'gps.outage', 'start': 5.0}}], got {faults!r}"
+            f"faults must be a list, such as [{{'what': 'gps.outage'}}], got {faults!r}"
         )

@@ -69,3 +69,9 @@ def test_the_nearest_goal_comes_first() -> None:
 def test_a_world_without_goals_is_refused() -> None:
     with pytest.raises(ValueError, match="the world 'test' has no goals to drive to"):
         plan_tour(box_world([]))
+
+
+def test_a_goal_behind_a_closed_wall_is_refused() -> None:
+    world = box_world([(1.5, 0.0), (4.0, 0.0)], (2.5, 0.0, 0.1, 6.0))
+    with pytest.raises(ValueError, match=r"cannot drive from .* to any of the goals .*4.*'test'"):
+        plan_tour(world)

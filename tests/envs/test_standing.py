@@ -302,3 +302,19 @@ def test_memory_does_not_grow(options: list[str]) -> None:
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "memory grew by" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--resets", "0"], "--steps and --resets must be at least 1, got 100000 and 0"),
+        (["--steps", "-1"], "--steps and --resets must be at least 1, got -1 and 500"),
+        (["--world", "mars"], "no world is named 'mars'; known:"),
+    ],
+)
+def test_a_misused_soak_is_told_in_a_line(options: list[str], words: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "grouser.scripts.soak", *options], capture_output=True, text=True
+    )
+    assert done.returncode == 2
+    assert words in done.stderr and "Traceback" not in done.stderr
