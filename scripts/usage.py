@@ -10,11 +10,12 @@ class UsageError(Exception):
 
 @contextmanager
 def usage_errors() -> Iterator[None]:
-    """Around the preparation of a command: there, bad input is the user's error, not a bug.
+    """Around the preparation of a command: there, bad input is the user's error, not a bug, and so
+    is what is not installed (a package, or a system library: RuntimeError).
 
     Not around the work itself, where the same exceptions would hide a bug.
     """
     try:
         yield
-    except (ValueError, OSError, ImportError) as error:
+    except (ValueError, OSError, ImportError, RuntimeError) as error:
         raise UsageError(" ".join(str(error).split())) from error

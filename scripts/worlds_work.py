@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from grouser.envs.simulation.renderers.registry import RENDERERS
+from grouser.envs.simulation.renderers.registry import installed_renderer
 from grouser.envs.simulation.world import World
 from grouser.envs.simulation.worlds.registry import make_world, world_descriptions
 from grouser.kernels import announce
@@ -48,10 +48,7 @@ def _prepare(options: Worlds) -> list[_Variation]:
         raise UsageError(f"--output must be a .png file, got {options.output}")
     if not options.output.resolve().parent.is_dir():
         raise UsageError(f"--output: there is no folder {options.output.resolve().parent}")
-    if options.renderer not in RENDERERS:
-        raise UsageError(
-            f"there is no renderer {options.renderer!r}; there are: {', '.join(RENDERERS)}"
-        )
+    installed_renderer(options.renderer)  # raises, and says what there is or what is missing
     names = options.names or tuple(world_descriptions())
     variations = [
         _Variation(name, difficulty, seed)

@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from grouser.envs.simulation.materials import TEXTURES
+from grouser.envs.simulation.renderers import registry
 from grouser.envs.simulation.renderers.textures import texture_colours
 from grouser.envs.simulation.world import World
 from grouser.envs.simulation.worlds.registry import make_world, world_names
@@ -131,7 +132,7 @@ REFUSED = [
     (["--terrain", "lava"], "no terrain is named 'lava'; known: gravel"),
     (["--randomize", "gravity"], "nothing named 'gravity' can be randomised; known: texture"),
     (["--seeds", "0"], "--seeds must be at least 1, got 0"),
-    (["--renderer", "paint"], "there is no renderer 'paint'; there are: raster"),
+    (["--renderer", "paint"], "no renderer is named 'paint'; known: raster"),
     (["--output", "sheet.jpg"], "--output must be a .png file, got sheet.jpg"),
     (["--output", "nowhere/sheet.png"], "--output: there is no folder "),
 ]
@@ -150,6 +151,28 @@ def test_misuse_is_refused_in_one_line(
     error = capsys.readouterr().err
     assert error.startswith("grouser worlds: error: ") and words in error
     assert error.count("\n") == 1
+    assert not list(tmp_path.iterdir()), "nothing was begun"
+
+
+@pytest.mark.parametrize(
+    "arguments", [["worlds"], ["compare", "--estimators", "one-point-ransac", "--no-plots"]]
+)
+@pytest.mark.parametrize("lacking", [ImportError("no moderngl"), RuntimeError("no libEGL.so.1")])
+def test_what_opengl_lacks_is_told_in_one_line(
+    arguments: list[str],
+    lacking: Exception,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def missing() -> None:
+        raise lacking
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(registry, "require_opengl", missing)
+    assert main([*arguments, "--renderer", "opengl"]) == 2
+    error = capsys.readouterr().err
+    assert error == f"grouser {arguments[0]}: error: {lacking}\n"
     assert not list(tmp_path.iterdir()), "nothing was begun"
 
 

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -87,29 +86,27 @@ def _nearest_seeds(seeds: Any, owner: Any, to_gap: Any) -> None:
 
 def blades(rng: np.random.Generator, *, size: int, count: int, length: int) -> Image:
     """Grass from above: blades in all directions, the later on the earlier and brighter."""
-    tile = (35 + 12 * coloured_noise(rng, size, 0.8, 2)).astype(np.float32, order="C")  # for OpenCV
+    tile = np.ascontiguousarray(35 + 12 * coloured_noise(rng, size, 0.8, 2))
     at, angle = rng.uniform(0, size, (count, 2)), rng.uniform(0, 2 * np.pi, count)
     reach = length * rng.uniform(0.4, 1.0, count)
     tips = at + reach[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     tones = rng.uniform(60, 140, count) + np.linspace(-20, 70, count)
-    for ends, tone in zip(np.stack([at, tips], axis=1).astype(np.int64), tones, strict=True):
-        _draw_wrapped(tile, ends, tone)
-    return np.clip(tile, 0, 255).astype(np.float64)
+    _draw_lines(tile, np.stack([at, tips], axis=1).astype(np.int64), tones)
+    return np.clip(tile, 0, 255)
 
 
 def leaves(rng: np.random.Generator, *, size: int, count: int, length: int) -> Image:
     """Foliage: leaves of two halves in all directions, the later on the earlier and brighter."""
-    tile = np.full((size, size), 25, dtype=np.float32)
+    tile = np.full((size, size), 25.0)
     at, angle = rng.uniform(0, size, (count, 2)), rng.uniform(0, 2 * np.pi, count)
     reach = length * rng.uniform(0.5, 1.0, count)
     tones = rng.uniform(40, 120, count) + np.linspace(-20, 80, count)
     along = reach[:, None] / 2 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     across = 0.45 * np.stack([-along[:, 1], along[:, 0]], axis=-1)
     corners = np.stack([at - along, at + across, at + along, at - across], axis=1).astype(np.int64)
-    for leaf, tone in zip(corners, tones, strict=True):
-        _draw_wrapped(tile, leaf[:3], tone)
-        _draw_wrapped(tile, leaf[[2, 3, 0]], 0.75 * tone)
-    return np.clip(tile, 0, 255).astype(np.float64)
+    halves = corners[:, [[0, 1, 2], [2, 3, 0]]].reshape(-1, 3, 2)
+    _draw_triangles(tile, halves, (tones[:, None] * [1.0, 0.75]).ravel())
+    return np.clip(tile, 0, 255)
 
 
 def furrows(rng: np.random.Generator, *, size: int) -> Image:
@@ -133,15 +130,36 @@ def frozen(rng: np.random.Generator, *, size: int) -> Image:
     return np.clip(205 + 9 * cloudy - 22 * cracks, 0, 255)
 
 
-def _draw_wrapped(tile: NDArray[np.float32], corners: NDArray[np.int64], tone: float) -> None:
-    """Draw a triangle, or a line two texels wide, from integer corners (3 or 2, 2); what leaves
-    the tile on one side enters on the other."""
-    n = len(tile)
-    low, high = corners.min(axis=0) - 1, corners.max(axis=0) + 1
-    for x in range(-(int(high[0]) // n), 1 - int(low[0]) // n):
-        for y in range(-(int(high[1]) // n), 1 - int(low[1]) // n):
-            placed = (corners + [n * x, n * y]).astype(np.int32)
-            if len(placed) == 2:
-                cv2.line(tile, placed[0].tolist(), placed[1].tolist(), float(tone), 2)
-            else:
-                cv2.fillConvexPoly(tile, placed, float(tone))
+# Drawn by kernels of whole numbers, and not by OpenCV, whose lines differ from version to version.
+
+
+@kernel
+def _draw_lines(tile: Any, ends: Any, tones: Any) -> None:
+    """Lines two texels wide between corners (n, 2, 2), x before y; what leaves the tile on one
+    side enters on the other."""
+    size = tile.shape[0]
+    for k in range(ends.shape[0]):
+        (x0, y0), (x1, y1) = ends[k, 0], ends[k, 1]
+        ex, ey = x1 - x0, y1 - y0
+        squared = ex * ex + ey * ey
+        for y in range(min(y0, y1) - 1, max(y0, y1) + 2):
+            for x in range(min(x0, x1) - 1, max(x0, x1) + 2):
+                along = (x - x0) * ex + (y - y0) * ey
+                beside = (x - x0) * ey - (y - y0) * ex
+                if 0 <= along <= squared and beside * beside <= squared:
+                    tile[y % size, x % size] = tones[k]
+
+
+@kernel
+def _draw_triangles(tile: Any, corners: Any, tones: Any) -> None:
+    """Triangles with corners (n, 3, 2), x before y, their edges included; wrapped likewise."""
+    size = tile.shape[0]
+    for k in range(corners.shape[0]):
+        (x0, y0), (x1, y1), (x2, y2) = corners[k, 0], corners[k, 1], corners[k, 2]
+        for y in range(min(y0, y1, y2), max(y0, y1, y2) + 1):
+            for x in range(min(x0, x1, x2), max(x0, x1, x2) + 1):
+                a = (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0)
+                b = (x2 - x1) * (y - y1) - (y2 - y1) * (x - x1)
+                c = (x0 - x2) * (y - y2) - (y0 - y2) * (x - x2)
+                if (a >= 0 and b >= 0 and c >= 0) or (a <= 0 and b <= 0 and c <= 0):
+                    tile[y % size, x % size] = tones[k]
