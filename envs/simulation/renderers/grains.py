@@ -106,7 +106,7 @@ def leaves(rng: np.random.Generator, *, size: int, count: int, length: int) -> I
     corners = np.stack([at - along, at + across, at + along, at - across], axis=1).astype(np.int64)
     halves = corners[:, [[0, 1, 2], [2, 3, 0]]].reshape(-1, 3, 2)
     _draw_triangles(tile, halves, (tones[:, None] * [1.0, 0.75]).ravel())
-    return np.clip(tile, 0, 255)
+    return np.asarray(np.clip(tile, 0, 255))
 
 
 def furrows(rng: np.random.Generator, *, size: int) -> Image:
