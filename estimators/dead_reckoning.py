@@ -44,6 +44,7 @@ class DeadReckoning(PoseEstimator):
         track_scale_sigma: float = 0.01,
         turn_scale_sigma: float = 0.05,
         outward_slip_sigma: float = 0.03,
+        turn_drag_sigma: float = 0.012,
     ) -> None:
         """
         Args:
@@ -59,6 +60,9 @@ class DeadReckoning(PoseEstimator):
             outward_slip_sigma: m per rad that the robot slides sideways in every turn as it drives
                 along, and not where it turns on the spot: the shear under a track builds up
                 towards its rear, which shifts the centre of rotation.
+            turn_drag_sigma: m per rad that it falls short of its way in every turn that it drives
+                along: tracks that slide sideways have less grip left against the motion
+                resistance.
 
         Raises:
             ValueError: the rig says nothing about tracks, or a sigma is negative.
@@ -72,14 +76,20 @@ class DeadReckoning(PoseEstimator):
         self._track_noise = TrackNoise(scale=track_noise, floor=track_noise_floor)
         self._side_slip = SideSlip(forward=side_slip, turning=side_slip_turning)
         self._constant_sigmas = np.array(
-            [track_scale_sigma, track_scale_sigma, turn_scale_sigma, outward_slip_sigma]
+            [
+                track_scale_sigma,
+                track_scale_sigma,
+                turn_scale_sigma,
+                outward_slip_sigma,
+                turn_drag_sigma,
+            ]
         )
         if not (np.isfinite(self._constant_sigmas) & (self._constant_sigmas >= 0)).all():
             raise ValueError(
                 f"every sigma must be finite and zero or more, got {self._constant_sigmas}"
             )
         self._pose = np.zeros(3)
-        self._covariance = np.zeros((7, 7))
+        self._covariance = np.zeros((8, 8))
         self._started = False
 
     def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
@@ -108,12 +118,13 @@ class DeadReckoning(PoseEstimator):
         by_arc = arc_jacobian(turn, arc_length)
         by_du = by_arc @ track_increment_jacobian(width)
         slip = outward_slip(turn, arc_length, width)
-        by_constants = np.column_stack([by_du * du, by_arc[:, 0] * turn, slip])
+        drag = by_arc[:, 1] * -turn_drag(turn, arc_length, width)
+        by_constants = np.column_stack([by_du * du, by_arc[:, 0] * turn, slip, drag])
         noise = by_du @ self._track_noise.covariance(du) @ by_du.T
         noise += self._side_slip.covariance(turn, chord(turn, arc_length))
 
         by_pose, by_increment = compose_jacobians(self._pose, increment)
-        F = np.eye(7)
+        F = np.eye(8)
         F[:3, :3], F[:3, 3:] = by_pose, by_increment @ by_constants
         P = F @ self._covariance @ F.T
         P[:3, :3] += by_increment @ noise @ by_increment.T
@@ -137,3 +148,13 @@ def outward_slip(turn: float, arc_length: float, width: float) -> Array:
     reach = math.hypot(arc_length, width * turn)
     sideways = -turn * arc_length / reach if reach > 0 else 0.0
     return sideways * np.array([-math.sin(turn / 2), math.cos(turn / 2), 0.0])
+
+
+def turn_drag(turn: float, arc_length: float, width: float) -> float:
+    """How much shorter an arc is by a drag of 1 m per rad, m.
+
+    It fades where the centre of the turn comes between the tracks: the inner one then runs
+    backwards, and what resists one helps the other.
+    """
+    between_tracks = abs(turn) * width / 2
+    return abs(turn) * float(np.clip(arc_length / between_tracks, -1, 1)) if turn else 0.0

@@ -9,13 +9,14 @@ import pytest
 from grouser import geometry
 from grouser.estimators import Status, make
 from grouser.estimators.base import PoseEstimate
-from grouser.estimators.dead_reckoning import DeadReckoning, outward_slip
+from grouser.estimators.dead_reckoning import DeadReckoning, outward_slip, turn_drag
 from grouser.estimators.track_motion import SideSlip, TrackNoise, arc_pose, chord, track_increment
 from grouser.geometry import Array
 from grouser.rig import Rig, TrackGeometry
 
 WIDTH = 0.55
-TRACK_SCALE, TURN_SCALE, OUTWARD_SLIP = 0.01, 0.05, 0.03  # the defaults of the estimator
+# The defaults of the estimator:
+TRACK_SCALE, TURN_SCALE, OUTWARD_SLIP, TURN_DRAG = 0.01, 0.05, 0.03, 0.012
 RIG = Rig(dt=0.1, tracks=TrackGeometry(gauge=0.4, width=0.08, effective_width=WIDTH))
 
 
@@ -44,12 +45,13 @@ def simulated_nees(rng: np.random.Generator, runs: int, **options: float) -> Arr
     for index in range(runs):
         scale = 1 + TRACK_SCALE * rng.normal(size=2)
         turn_scale = 1 + TURN_SCALE * rng.normal()
-        slip_per_turn = OUTWARD_SLIP * rng.normal()
+        slip_per_turn, drag_per_turn = OUTWARD_SLIP * rng.normal(), TURN_DRAG * rng.normal()
         truth = np.zeros(3)
         for du in commanded:
             sigma = np.sqrt(np.diag(track_noise.covariance(du)))
             turn, arc_length = track_increment(du * scale + sigma * rng.normal(size=2), WIDTH)
             turn *= turn_scale
+            arc_length -= drag_per_turn * turn_drag(turn, arc_length, WIDTH)
             slip = side_slip.sigma(turn, chord(turn, arc_length)) * rng.normal()
             step = arc_pose(turn, arc_length)
             step[:2] += slip * np.array([-np.sin(turn / 2), np.cos(turn / 2)])
@@ -78,6 +80,7 @@ def test_without_constant_errors_the_covariance_is_far_too_small() -> None:
         track_scale_sigma=0.0,
         turn_scale_sigma=0.0,
         outward_slip_sigma=0.0,
+        turn_drag_sigma=0.0,
     )
     assert white_only.mean() > 9
 
@@ -117,19 +120,21 @@ def test_covariance_matches_a_numeric_propagation() -> None:
     noise, slip = TrackNoise(), SideSlip()
 
     def end(inputs: Array) -> Array:
-        scales, white = inputs[:4], inputs[4:].reshape(-1, 3)
+        scales, white = inputs[:5], inputs[5:].reshape(-1, 3)
         pose = np.zeros(3)
         for du, (left, right, side) in zip(commanded, white, strict=True):
             actual = du * (1 + scales[:2]) + [left, right]
             turn, arc_length = track_increment(actual, WIDTH)
             turn += scales[2] * turn
+            arc_length -= scales[4] * turn_drag(turn, arc_length, WIDTH)
             step = arc_pose(turn, arc_length)
             step[:2] += side * np.array([-np.sin(turn / 2), np.cos(turn / 2)])
             step += scales[3] * outward_slip(turn, arc_length, WIDTH)
             pose = geometry.compose(pose, step)
         return pose
 
-    variances = [TRACK_SCALE**2, TRACK_SCALE**2, TURN_SCALE**2, OUTWARD_SLIP**2]
+    constants = [TRACK_SCALE, TRACK_SCALE, TURN_SCALE, OUTWARD_SLIP, TURN_DRAG]
+    variances = [sigma**2 for sigma in constants]
     for du in commanded:
         turn, arc_length = track_increment(du, WIDTH)
         variances += [
@@ -150,6 +155,15 @@ def test_outward_slip_points_away_from_the_turn_and_fades_on_the_spot() -> None:
     assert np.abs(left[:2]).max() == pytest.approx(0.01, rel=2e-3)  # 1 m per rad
     assert not outward_slip(0.1, 0.0, WIDTH).any()
     assert not outward_slip(0.0, 0.0, WIDTH).any()
+
+
+def test_drag_shortens_the_way_and_fades_on_the_spot() -> None:
+    for turn in (0.01, -0.01):
+        assert turn_drag(turn, 0.1, WIDTH) == 0.01  # 1 m per rad
+        assert turn_drag(turn, -0.1, WIDTH) == -0.01
+        halfway = abs(turn) * WIDTH / 4
+        assert turn_drag(turn, halfway, WIDTH) == pytest.approx(0.005)
+    assert turn_drag(0.1, 0.0, WIDTH) == turn_drag(0.0, 0.1, WIDTH) == 0
 
 
 def test_uncertainty_grows_while_driving_and_never_claims_to_track() -> None:
