@@ -116,6 +116,7 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
         )
         self.observation_space: spaces.Dict = self._suite.space
         self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
+        self._robot = TrackedRobot(self._model, dt=CONTROL_DT, dynamics=dynamics)
         announce()
         self._settings = {
             "world": world,
@@ -132,7 +133,6 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
             "timing": dict(timing or {}),
         }
         self._window = self._open_window()
-        self._robot = TrackedRobot(self._model, dt=CONTROL_DT, dynamics=dynamics)
         self._closed = False
         self._world: World | None = None
         self._chase: ChaseView | None = None

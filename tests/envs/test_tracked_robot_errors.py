@@ -10,6 +10,7 @@ import pybullet
 import pytest
 from gymnasium.error import ClosedEnvironmentError, ResetNeeded
 
+from grouser.envs import tracked_robot
 from grouser.envs.simulation.bullet_dynamics import BulletDynamics
 from grouser.envs.simulation.renderers import gl_context
 from grouser.envs.tracked_robot import TrackedRobotEnv
@@ -70,9 +71,15 @@ def test_what_opengl_lacks_is_said_at_once(monkeypatch: pytest.MonkeyPatch) -> N
         ({"timing": ["lidar.rate"]}, r"timing must be numbers by name, such as \{"),
     ],
 )
-def test_bad_options_are_refused(options: dict[str, Any], words: str) -> None:
+def test_bad_options_are_refused(
+    options: dict[str, Any], words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Before anything slow is announced, or a window opens."""
+    announced: list[str] = []
+    monkeypatch.setattr(tracked_robot, "announce", lambda: announced.append("kernels"))
     with pytest.raises(ValueError, match=words):
         TrackedRobotEnv(**options)
+    assert not announced
 
 
 @pytest.mark.parametrize("action", [np.zeros(3), np.array([np.nan, 0.0]), np.zeros((1, 2))])
