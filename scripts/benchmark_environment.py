@@ -22,6 +22,7 @@ from grouser.scripts.benchmark_timing import (
     Figures,
     Measurement,
     NotAvailable,
+    curves,
     median_seconds,
     seconds,
 )
@@ -167,7 +168,7 @@ def _naive(*, images: bool) -> NaiveStack:
 def _rates(stacks: Mapping[str, _Stack], *, n: int) -> dict[str, float]:
     """Steps a second of each stack. They take turns in the same yard, n steps at a time, so that
     whatever else the machine does slows all of them."""
-    actions = cycle(_actions())
+    actions = cycle(curves())
     times: dict[str, list[float]] = {name: [] for name in stacks}
     for stack in stacks.values():
         stack.step(next(actions))  # the kernels load
@@ -183,14 +184,6 @@ def _rates(stacks: Mapping[str, _Stack], *, n: int) -> dict[str, float]:
 def _world(name: str = "yard") -> World:
     """The world that `reset` makes of the seed: the first child of its generator."""
     return make_world(name, np_random(_SEED)[0].spawn(1)[0])
-
-
-def _actions() -> list[NDArray[np.float32]]:
-    """Curves to either side, within the place that is kept clear."""
-    return [
-        np.array(pair, np.float32)
-        for pair in [(0.6, 0.4)] * 20 + [(0.4, 0.6)] * 20 + [(-0.5, 0.5)] * 10
-    ]
 
 
 def _reading(sensor: Sensor, world: World, n: int) -> float:

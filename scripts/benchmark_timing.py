@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 Figures = dict[str, tuple[float, str]]
 """Figure name to value and unit."""
@@ -34,3 +35,9 @@ def median_seconds(call: Callable[[], object], n: int) -> float:
     """Median of n calls, after one that does not count."""
     call()
     return float(np.median([seconds(call) for _ in range(n)]))
+
+
+def curves() -> list[NDArray[np.float32]]:
+    """Actions: curves to either side and a spot turn, within the place that is kept clear."""
+    pairs = [(0.6, 0.4)] * 20 + [(0.4, 0.6)] * 20 + [(-0.5, 0.5)] * 10
+    return [np.array(pair, np.float32) for pair in pairs]

@@ -4,12 +4,11 @@ from itertools import cycle
 
 import gymnasium as gym
 import numpy as np
-from numpy.typing import NDArray
 
 import grouser  # noqa: F401  (registers the environments)
 from grouser.envs.sensors.stereo import EYES
 from grouser.envs.sensors.suite import DEFAULT_SENSORS
-from grouser.scripts.benchmark_timing import Figures, Measurement, seconds
+from grouser.scripts.benchmark_timing import Figures, Measurement, curves, seconds
 
 _ID = "grouser/TrackedRobot-v0"
 _ROUNDS = 8
@@ -38,8 +37,8 @@ def _gain(sensors: list[str], *, n: int) -> float:
     two = gym.make_vec(_ID, 2, vectorization_mode="async", sensors=sensors)
     one.reset(seed=0)
     two.reset(seed=0)
-    actions = cycle(_actions())
-    pairs = cycle(np.stack([action, action]) for action in _actions())
+    actions = cycle(curves())
+    pairs = cycle(np.stack([action, action]) for action in curves())
 
     def steps_of_one() -> None:
         for _ in range(n):
@@ -58,8 +57,3 @@ def _gain(sensors: list[str], *, n: int) -> float:
     one.close()
     two.close()
     return float(2 * np.median(alone) / np.median(together))
-
-
-def _actions() -> list[NDArray[np.float32]]:
-    pairs = [(0.6, 0.4)] * 20 + [(0.4, 0.6)] * 20 + [(-0.5, 0.5)] * 10
-    return [np.array(pair, np.float32) for pair in pairs]

@@ -4,12 +4,13 @@ Each cell is two flat triangles, split from its lower left to its upper right co
 and cameras all take it for just that, so they agree to rounding.
 """
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from grouser.envs.simulation.frozen import freeze, rebuilt
 from grouser.envs.simulation.materials import MATERIALS, TEXTURES, material_index
 from grouser.geometry import Array
 from grouser.kernels import kernel
@@ -43,10 +44,10 @@ class Ground:
                 f"heights are at the nodes of {rows} x {columns} cells and must have shape "
                 f"{(rows + 1, columns + 1)}, got {self.heights.shape}"
             )
-        for f in fields(self):
-            value = getattr(self, f.name)
-            if isinstance(value, np.ndarray):
-                value.setflags(write=False)
+        freeze(self)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return rebuilt(self)
 
     @staticmethod
     def flat(half_size: float, material: str = "gravel") -> "Ground":

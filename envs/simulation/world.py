@@ -1,10 +1,12 @@
 """A world: what stands where, on what ground, in what light. Frozen values of plain arrays."""
 
 from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from grouser.envs.simulation.frozen import freeze, rebuilt
 from grouser.envs.simulation.ground import Ground
 from grouser.geometry import Array
 
@@ -23,7 +25,10 @@ class Boxes:
     """(n,) indices into materials.TEXTURES."""
 
     def __post_init__(self) -> None:
-        _freeze(self)
+        freeze(self)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return rebuilt(self)
 
     def __len__(self) -> int:
         return len(self.yaw)
@@ -53,7 +58,10 @@ class Cylinders:
     """(n,) indices into materials.TEXTURES."""
 
     def __post_init__(self) -> None:
-        _freeze(self)
+        freeze(self)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return rebuilt(self)
 
     def __len__(self) -> int:
         return len(self.radius)
@@ -91,7 +99,10 @@ class Light:
     """Time in which the light falls to a half, s: dusk."""
 
     def __post_init__(self) -> None:
-        _freeze(self)
+        freeze(self)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return rebuilt(self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,12 +127,7 @@ class World:
     light: Light = field(default_factory=Light)
 
     def __post_init__(self) -> None:
-        _freeze(self)
+        freeze(self)
 
-
-def _freeze(owner: object) -> None:
-    """Make the owner's arrays read-only."""
-    for f in fields(owner):  # type: ignore[arg-type]  # every owner is a dataclass
-        value = getattr(owner, f.name)
-        if isinstance(value, np.ndarray):
-            value.setflags(write=False)
+    def __reduce__(self) -> tuple[Any, ...]:
+        return rebuilt(self)
