@@ -76,5 +76,5 @@ def _forget_older_than(compiled: Any, changed: float) -> None:
 def announce() -> None:
     """Say once a process, in the log, why the first step may take long."""
     logging.getLogger(__name__).info(
-        "loading kernels; the first run ever compiles them, which takes about half a minute"
+        "loading kernels; the first run ever compiles them, which takes up to a minute"
     )

@@ -7,7 +7,7 @@ import numpy as np
 from grouser.envs.simulation.ground import Ground
 from grouser.envs.simulation.world import Boxes, World, join
 from grouser.envs.simulation.worlds.light import overcast
-from grouser.envs.simulation.worlds.noise import patches
+from grouser.envs.simulation.worlds.meadow import meadow
 from grouser.envs.simulation.worlds.placement import (
     Circles,
     draw_textures,
@@ -17,7 +17,7 @@ from grouser.envs.simulation.worlds.placement import (
     texture_index,
 )
 from grouser.envs.simulation.worlds.reachability import ROBOT_RADIUS
-from grouser.envs.simulation.worlds.relief import Waves, level_ground, with_hills, with_material
+from grouser.envs.simulation.worlds.relief import Waves
 from grouser.envs.simulation.worlds.slabs import along_contours, apart_from, laid_slabs
 from grouser.envs.simulation.worlds.trees import grown_trees
 from grouser.geometry import Array
@@ -34,7 +34,14 @@ def forest(rng: np.random.Generator, difficulty: float, clutter: float) -> World
     """
     start = np.append(rng.uniform(-6, 6, 2), rng.uniform(-np.pi, np.pi))
     clear_radius = 1.6 - 0.8 * difficulty
-    ground = _ground(rng, difficulty, start)
+    ground = meadow(
+        rng,
+        _REACH,
+        start,
+        mud=0.2 * difficulty,
+        steepest=math.radians(8 + 12 * difficulty),
+        waves=[Waves(9.0, 20.0), Waves(1.5, 3.0, 0.3)],
+    )
     here = Circles(start[:2], clear_radius + ROBOT_RADIUS)
     n_trees = round(clutter * (60 + 70 * difficulty))
     xy, radius = _places(rng, n_trees, here, gap=1.5 - 0.5 * difficulty)
@@ -66,19 +73,6 @@ def forest(rng: np.random.Generator, difficulty: float, clutter: float) -> World
             strength=0.9 - 0.4 * difficulty,
             half_life=120 / difficulty if difficulty > 0 else np.inf,
         ),
-    )
-
-
-def _ground(rng: np.random.Generator, difficulty: float, start: Array) -> Ground:
-    ground = level_ground(_REACH, "grass")
-    mud = patches(rng, ground.material.shape, ground.cell, share=0.2 * difficulty, size=2.0)
-    return with_hills(
-        rng,
-        with_material(ground, mud, "mud"),
-        steepest=math.radians(8 + 12 * difficulty),
-        waves=[Waves(9.0, 20.0), Waves(1.5, 3.0, 0.3)],
-        level_at=start[:2],
-        level_radius=1.0,
     )
 
 

@@ -4,10 +4,9 @@ import math
 
 import numpy as np
 
-from grouser.envs.simulation.ground import Ground
 from grouser.envs.simulation.world import Light, World, join
 from grouser.envs.simulation.worlds.light import sunlight
-from grouser.envs.simulation.worlds.noise import patches
+from grouser.envs.simulation.worlds.meadow import meadow
 from grouser.envs.simulation.worlds.placement import (
     Circles,
     draw_textures,
@@ -16,7 +15,7 @@ from grouser.envs.simulation.worlds.placement import (
     standing_boxes,
 )
 from grouser.envs.simulation.worlds.reachability import ROBOT_RADIUS
-from grouser.envs.simulation.worlds.relief import Waves, level_ground, with_hills, with_material
+from grouser.envs.simulation.worlds.relief import Waves
 from grouser.envs.simulation.worlds.trees import grown_trees
 from grouser.geometry import Array
 
@@ -35,7 +34,14 @@ def orchard(rng: np.random.Generator, difficulty: float, clutter: float) -> Worl
     between = 4.2 - difficulty
     clear_radius = between / 2 - _JITTER - _THICKEST - ROBOT_RADIUS
     start = _in_an_alley(rng, between)
-    ground = _ground(rng, difficulty, start)
+    ground = meadow(
+        rng,
+        _REACH,
+        start,
+        mud=0.2 * difficulty,
+        steepest=math.radians(2 + 8 * difficulty),
+        waves=[Waves(6.0, 16.0), Waves(1.5, 3.0, 0.2)],
+    )
     light = _evening(rng, difficulty)
     xy = _rows(rng, between)
     n = len(xy)
@@ -85,19 +91,6 @@ def _rows(rng: np.random.Generator, between: float) -> Array:
     grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     grown = rng.random(len(grid)) > _MISSING
     return np.asarray((grid + rng.uniform(-_JITTER, _JITTER, grid.shape))[grown])
-
-
-def _ground(rng: np.random.Generator, difficulty: float, start: Array) -> Ground:
-    ground = level_ground(_REACH, "grass")
-    puddles = patches(rng, ground.material.shape, ground.cell, share=0.2 * difficulty, size=2.0)
-    return with_hills(
-        rng,
-        with_material(ground, puddles, "mud"),
-        steepest=math.radians(2 + 8 * difficulty),
-        waves=[Waves(6.0, 16.0), Waves(1.5, 3.0, 0.2)],
-        level_at=start[:2],
-        level_radius=1.0,
-    )
 
 
 def _evening(rng: np.random.Generator, difficulty: float) -> Light:
