@@ -45,4 +45,4 @@ def checked_action(action: object) -> Array:
             "an action is two finite numbers, the left and right track's speed as a fraction of "
             f"the top speed, got {action!r}"
         )
-    return np.clip(values, -1.0, 1.0)
+    return np.minimum(np.maximum(values, -1.0), 1.0)

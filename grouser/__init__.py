@@ -8,5 +8,9 @@ from gymnasium.envs.registration import register
 
 __version__ = "0.1.0"
 
-register(id="grouser/TrackedRobot-v0", entry_point="grouser.envs.tracked_robot:TrackedRobotEnv")
+register(
+    id="grouser/TrackedRobot-v0",
+    entry_point="grouser.envs.tracked_robot:TrackedRobotEnv",
+    vector_entry_point="grouser.envs.vector:tracked_robots",
+)
 register(id="grouser/Replay-v0", entry_point="grouser.envs.replay:ReplayEnv")

@@ -34,7 +34,7 @@ MEASUREMENTS = (
 def _gain(sensors: list[str], *, n: int) -> float:
     """Both take turns, n steps at a time, so that whatever else the machine does slows both."""
     one = gym.make(_ID, sensors=sensors)
-    two = gym.make_vec(_ID, 2, vectorization_mode="async", sensors=sensors)
+    two = gym.make_vec(_ID, 2, sensors=sensors)
     one.reset(seed=0)
     two.reset(seed=0)
     actions = cycle(curves())

@@ -50,7 +50,8 @@ class InertialUnit(Sensor):
 
     def advance(self, motion: Motion) -> None:
         memory = self._memory
-        memory.total = memory.total + np.concatenate([motion.specific_force, motion.angular_rate])
+        memory.total[:3] += motion.specific_force
+        memory.total[3:] += motion.angular_rate
         memory.steps += 1
 
     def read(self, motion: Motion, amounts: Mapping[str, float]) -> Reading:
@@ -61,12 +62,12 @@ class InertialUnit(Sensor):
         felt = ideal + noise + _six(amounts, "bias") + memory.walk
         memory.total, memory.steps = np.zeros(6), 0
         alive = 1 - amounts["imu.dead"]
-        return {"imu": np.clip(alive * felt, -_FULL_SCALE, _FULL_SCALE)}
+        return {"imu": np.minimum(np.maximum(alive * felt, -_FULL_SCALE), _FULL_SCALE)}
 
     def _wander(self, amounts: Mapping[str, float]) -> None:
         """The biases' random walk since the last reading."""
-        density = _six(amounts, "walk")
-        if density.any():
+        if amounts["imu.acceleration_walk"] or amounts["imu.rate_walk"]:
+            density = _six(amounts, "walk")
             memory = self._memory
             elapsed = memory.steps * self._dt
             step = density * math.sqrt(elapsed) * memory.streams["walk"].standard_normal(6)

@@ -54,21 +54,21 @@ class TrackEncoders(Sensor):
         memory.since_reading = np.zeros(2)
         # Ticks are of the whole way, so that what rounding keeps back comes with the next reading.
         ticks = _ticks(memory.felt, resolution) - _ticks(before, resolution)
-        counted = ticks - self._missed(ticks, amounts["tracks.missed_ticks"])
-        return {"tracks": np.clip(counted * resolution, -self._limit, self._limit)}
+        if amounts["tracks.missed_ticks"] > 0:
+            ticks = ticks - self._missed(ticks, amounts["tracks.missed_ticks"])
+        read = np.minimum(np.maximum(ticks * resolution, -self._limit), self._limit)
+        return {"tracks": read}
 
     def _felt_increment(self, amounts: Mapping[str, float]) -> Array:
         """(2,) with the noise of shoes that stretch and skip, a wrong scale, a stuck wheel, m."""
         memory = self._memory
         noise = 1 + amounts["tracks.noise"] * memory.rng.standard_normal(2)
-        scale = 1 + np.array([amounts["tracks.left_scale"], amounts["tracks.right_scale"]])
-        stuck = np.array([amounts["tracks.left_stuck"], amounts["tracks.right_stuck"]])
-        return np.asarray(noise * scale * (1 - stuck) * memory.since_reading)
+        left = (1 + amounts["tracks.left_scale"]) * (1 - amounts["tracks.left_stuck"])
+        right = (1 + amounts["tracks.right_scale"]) * (1 - amounts["tracks.right_stuck"])
+        return np.asarray(noise * np.array([left, right]) * memory.since_reading)
 
     def _missed(self, ticks: Array, probability: float) -> Array:
         """(2,) how many of the ticks were not counted, with their sign."""
-        if probability == 0:
-            return np.zeros(2)
         rng = self._memory.streams["missed_ticks"]
         return np.asarray(np.sign(ticks) * rng.binomial(np.abs(ticks).astype(int), probability))
 

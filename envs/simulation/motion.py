@@ -10,7 +10,7 @@ from grouser.envs.simulation.dynamics import PHYSICS_DT
 from grouser.envs.simulation.track_law import rotation_of
 from grouser.envs.simulation.tracks import GRAVITY
 from grouser.geometry import Array
-from grouser.kernels import kernel_using
+from grouser.kernels import kernel, kernel_using
 
 STANDING_SPEED = 1e-3
 """Below this a track and the ground under it count as at rest, m/s."""
@@ -138,12 +138,19 @@ def longitudinal_slip(motion: Motion, gauge: float) -> Array:
     pure rolling, 1 spinning on the spot, negative when braking, beyond 1 when the robot is dragged
     against the track; 0 where both rest. (Wong, Theory of Ground Vehicles, sec. 2.4.)
     """
-    u = motion.track_speed
-    v = motion.twist[0] + np.array([-0.5, 0.5]) * gauge * motion.twist[2]
-    faster = np.maximum(np.abs(u), np.abs(v))
-    direction = np.where(u == 0, np.sign(v), np.sign(u))
-    moving = faster > STANDING_SPEED
-    return np.where(moving, (u - v) * direction / np.where(moving, faster, 1.0), 0.0)
+    slip = np.empty(2)
+    _slip(motion.track_speed, motion.twist, gauge, slip)
+    return slip
+
+
+@kernel
+def _slip(track_speed: Any, twist: Any, gauge: float, out: Any) -> None:
+    for side in range(2):
+        u = track_speed[side]
+        v = twist[0] + (side - 0.5) * gauge * twist[2]
+        faster = max(abs(u), abs(v))
+        forwards = u > 0 or (u == 0 and v > 0)
+        out[side] = (u - v if forwards else v - u) / faster if faster > STANDING_SPEED else 0.0
 
 
 def instantaneous_centres(motion: Motion) -> Array:
@@ -159,7 +166,8 @@ def instantaneous_centres(motion: Motion) -> Array:
     robot is level and the twist steady within the step. Where both tracks run alike and the ground
     turns the robot, y_left equals y_right and they say nothing of w.
     """
-    vx, vy, w = motion.twist
+    vx, vy, w = motion.twist.tolist()
+    left, right = motion.track_speed.tolist()
     if abs(w) < STRAIGHT_RATE:
         return np.full(3, np.nan)
-    return np.array([*(vx - motion.track_speed) / w, -vy / w])
+    return np.array([(vx - left) / w, (vx - right) / w, -vy / w])
