@@ -1,7 +1,9 @@
 """A planar lidar: exact ranges along slightly wrong bearings, then range noise, then faults."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
@@ -13,6 +15,7 @@ from grouser.envs.simulation.motion import Motion
 from grouser.envs.simulation.raycast import RayCaster
 from grouser.envs.simulation.world import Boxes, Cylinders, World
 from grouser.geometry import Array
+from grouser.kernels import kernel
 from grouser.rig import Lidar
 
 _SWEEP_POSES = 9
@@ -38,6 +41,7 @@ class PlanarLidar(Sensor):
 
     def __init__(self, lidar: Lidar) -> None:
         self._lidar, self._bearings = lidar, lidar.bearings
+        self._all = np.ones(lidar.n_beams, dtype=np.bool_)
         self._world: World | None = None
         self._casters: dict[float, RayCaster] = {}
 
@@ -61,16 +65,19 @@ class PlanarLidar(Sensor):
         lidar = self._lidar
         bearing_noise, range_noise = self._memory.rng.standard_normal((2, lidar.n_beams))
         bearings = self._bearings + amounts["lidar.bearing_noise"] * bearing_noise
-        ideal = self._spread_range(motion, bearings, amounts)
-        returned = ideal < (1 - amounts["lidar.range_loss"]) * lidar.range_max
-        if amounts["lidar.dropout"] > 0:
-            returned &= self._kept(amounts["lidar.dropout"])
-        measured = _quantised(
-            ideal + amounts["lidar.range_noise"] * range_noise, amounts["lidar.quantisation"]
+        told = np.empty(lidar.n_beams, dtype=np.float32)
+        _tell(
+            self._spread_range(motion, bearings, amounts),
+            amounts["lidar.range_noise"],
+            range_noise,
+            self._kept(amounts["lidar.dropout"]),
+            amounts["lidar.quantisation"],
+            (1 - amounts["lidar.range_loss"]) * lidar.range_max,
+            lidar.range_min,
+            lidar.range_max,
+            told,
         )
-        shown = np.where(returned, measured, lidar.range_max)
-        bounded = np.minimum(np.maximum(shown, lidar.range_min), lidar.range_max)
-        return {"lidar": bounded.astype(np.float32)}
+        return {"lidar": told}
 
     def _spread_range(self, motion: Motion, bearings: Array, amounts: Mapping[str, float]) -> Array:
         """(n,) m: a beam that is `mixed_pixels` wide to either side mixes what it meets there.
@@ -92,15 +99,15 @@ class PlanarLidar(Sensor):
 
     def _range(self, motion: Motion, bearings: Array, amounts: Mapping[str, float]) -> Array:
         """(n,) ideal ranges, at most range_max, m."""
-        beams = np.zeros((len(bearings), 3))
-        np.cos(bearings, out=beams[:, 0])
-        np.sin(bearings, out=beams[:, 1])
         caster, reach = self._caster(amounts["lidar.glass"]), self._lidar.range_max
         duration = amounts["lidar.motion_skew"]
         if duration == 0:
             T = motion.T_world_base @ self._lidar.T_base_lidar
-            return caster.cast(T[:3, 3], beams @ T[:3, :3].T, reach)
+            directions = np.empty((len(bearings), 3))
+            _aim(bearings, T, directions)
+            return caster.cast(T[:3, 3], directions, reach)
         T = self._sweep(motion, duration)
+        beams = np.column_stack([np.cos(bearings), np.sin(bearings), np.zeros(len(bearings))])
         directions = (T[:, :3, :3] @ beams[:, :, None])[..., 0]
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)
         return caster.cast(T[:, :3, 3], directions, reach)
@@ -116,6 +123,8 @@ class PlanarLidar(Sensor):
 
     def _kept(self, dropout: float) -> NDArray[np.bool_]:
         """(n,) which beams return: each is lost with this probability."""
+        if dropout == 0:
+            return self._all
         drawn = self._memory.streams["dropout"].random(self._lidar.n_beams)
         return np.asarray(drawn >= dropout)
 
@@ -137,5 +146,32 @@ def _without(world: World, gone: NDArray[np.bool_]) -> World:
     return replace(world, solids=solids, cylinders=cylinders)
 
 
-def _quantised(ranges: Array, step: float) -> Array:
-    return np.asarray(step * np.floor(ranges / step + 0.5)) if step > 0 else ranges
+@kernel
+def _aim(bearings: Any, T: Any, directions: Any) -> None:
+    """Write the unit vectors (n, 3) of beams (n,) in the x-y plane of T (4, 4)."""
+    for i in range(bearings.size):
+        c, s = math.cos(bearings[i]), math.sin(bearings[i])
+        for k in range(3):
+            directions[i, k] = T[k, 0] * c + T[k, 1] * s
+
+
+@kernel
+def _tell(
+    ideal: Any,
+    sigma: float,
+    noise: Any,
+    kept: Any,
+    quantum: float,
+    reach: float,
+    shortest: float,
+    longest: float,
+    told: Any,
+) -> None:
+    """What is told of ideal ranges: the longest where nothing returns from within reach."""
+    for i in range(ideal.size):
+        r = longest
+        if kept[i] and ideal[i] < reach:
+            r = ideal[i] + sigma * noise[i]
+            if quantum > 0:
+                r = quantum * math.floor(r / quantum + 0.5)
+        told[i] = np.float32(min(max(r, shortest), longest))
