@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
@@ -12,6 +13,7 @@ from grouser.envs.sensors.streams import Streams
 from grouser.envs.simulation.motion import Motion
 from grouser.envs.simulation.world import World
 from grouser.geometry import Array
+from grouser.kernels import kernel
 
 _FULL_SCALE = np.repeat([16 * 9.81, np.radians(2000)], 3)
 """(6,) m/s^2 and rad/s: beyond this a reading saturates, as the usual chips do."""
@@ -56,25 +58,49 @@ class InertialUnit(Sensor):
 
     def read(self, motion: Motion, amounts: Mapping[str, float]) -> Reading:
         memory = self._memory
-        ideal = memory.total / memory.steps
-        noise = _six(amounts, "noise") * memory.rng.standard_normal(6)
+        noise = memory.rng.standard_normal(6)
         self._wander(amounts)
-        felt = ideal + noise + _six(amounts, "bias") + memory.walk
+        felt = np.empty(6)
+        _feel(
+            memory.total,
+            memory.steps,
+            memory.walk,
+            noise,
+            (amounts["imu.acceleration_noise"], amounts["imu.rate_noise"]),
+            (amounts["imu.acceleration_bias"], amounts["imu.rate_bias"]),
+            1 - amounts["imu.dead"],
+            _FULL_SCALE,
+            felt,
+        )
         memory.total, memory.steps = np.zeros(6), 0
-        alive = 1 - amounts["imu.dead"]
-        return {"imu": np.minimum(np.maximum(alive * felt, -_FULL_SCALE), _FULL_SCALE)}
+        return {"imu": felt}
 
     def _wander(self, amounts: Mapping[str, float]) -> None:
         """The biases' random walk since the last reading."""
         if amounts["imu.acceleration_walk"] or amounts["imu.rate_walk"]:
-            density = _six(amounts, "walk")
+            a, w = amounts["imu.acceleration_walk"], amounts["imu.rate_walk"]
+            density = np.repeat([a, w], 3)
             memory = self._memory
             elapsed = memory.steps * self._dt
             step = density * math.sqrt(elapsed) * memory.streams["walk"].standard_normal(6)
             memory.walk = memory.walk + step
 
 
-def _six(amounts: Mapping[str, float], kind: str) -> Array:
-    """(6,) an amount of the accelerations, thrice, and that of the rates, thrice."""
-    a, w = amounts[f"imu.acceleration_{kind}"], amounts[f"imu.rate_{kind}"]
-    return np.array([a, a, a, w, w, w])
+@kernel
+def _feel(
+    total: Any,
+    steps: int,
+    walk: Any,
+    noise: Any,
+    sigma: Any,
+    bias: Any,
+    alive: float,
+    full_scale: Any,
+    felt: Any,
+) -> None:
+    """The mean of a total (6,) over steps with its errors: thrice an acceleration's, thrice a
+    rate's sigma and bias."""
+    for k in range(6):
+        kind = 0 if k < 3 else 1
+        value = total[k] / steps + sigma[kind] * noise[k] + bias[kind] + walk[k]
+        felt[k] = min(max(alive * value, -full_scale[k]), full_scale[k])

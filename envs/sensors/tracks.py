@@ -1,7 +1,9 @@
 """Track encoders: how far each track ran over its wheels, whatever the robot did."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
@@ -11,6 +13,7 @@ from grouser.envs.sensors.streams import Streams
 from grouser.envs.simulation.motion import Motion
 from grouser.envs.simulation.world import World
 from grouser.geometry import Array
+from grouser.kernels import kernel
 
 
 @dataclass(slots=True)
@@ -49,23 +52,24 @@ class TrackEncoders(Sensor):
 
     def read(self, motion: Motion, amounts: Mapping[str, float]) -> Reading:
         memory, resolution = self._memory, amounts["tracks.resolution"]
-        before = memory.felt
-        memory.felt = before + self._felt_increment(amounts)
-        memory.since_reading = np.zeros(2)
         # Ticks are of the whole way, so that what rounding keeps back comes with the next reading.
-        ticks = _ticks(memory.felt, resolution) - _ticks(before, resolution)
+        felt, ticks = np.empty(2), np.empty(2)
+        _count(
+            memory.felt,
+            memory.since_reading,
+            amounts["tracks.noise"],
+            memory.rng.standard_normal(2),
+            (1 + amounts["tracks.left_scale"]) * (1 - amounts["tracks.left_stuck"]),
+            (1 + amounts["tracks.right_scale"]) * (1 - amounts["tracks.right_stuck"]),
+            resolution,
+            felt,
+            ticks,
+        )
+        memory.felt, memory.since_reading = felt, np.zeros(2)
         if amounts["tracks.missed_ticks"] > 0:
-            ticks = ticks - self._missed(ticks, amounts["tracks.missed_ticks"])
+            ticks -= self._missed(ticks, amounts["tracks.missed_ticks"])
         read = np.minimum(np.maximum(ticks * resolution, -self._limit), self._limit)
         return {"tracks": read}
-
-    def _felt_increment(self, amounts: Mapping[str, float]) -> Array:
-        """(2,) with the noise of shoes that stretch and skip, a wrong scale, a stuck wheel, m."""
-        memory = self._memory
-        noise = 1 + amounts["tracks.noise"] * memory.rng.standard_normal(2)
-        left = (1 + amounts["tracks.left_scale"]) * (1 - amounts["tracks.left_stuck"])
-        right = (1 + amounts["tracks.right_scale"]) * (1 - amounts["tracks.right_stuck"])
-        return np.asarray(noise * np.array([left, right]) * memory.since_reading)
 
     def _missed(self, ticks: Array, probability: float) -> Array:
         """(2,) how many of the ticks were not counted, with their sign."""
@@ -73,5 +77,23 @@ class TrackEncoders(Sensor):
         return np.asarray(np.sign(ticks) * rng.binomial(np.abs(ticks).astype(int), probability))
 
 
-def _ticks(travelled: Array, resolution: float) -> Array:
-    return np.floor(travelled / resolution + 0.5)
+@kernel
+def _count(
+    before: Any,
+    increment: Any,
+    sigma: float,
+    noise: Any,
+    left: float,
+    right: float,
+    resolution: float,
+    felt: Any,
+    ticks: Any,
+) -> None:
+    """What both encoders have felt after an increment (2,) [m], each with its gain and the noise of
+    shoes that stretch and skip, and how many ticks were added by it."""
+    for side in range(2):
+        gain = left if side == 0 else right
+        felt[side] = before[side] + gain * (1 + sigma * noise[side]) * increment[side]
+        ticks[side] = math.floor(felt[side] / resolution + 0.5) - math.floor(
+            before[side] / resolution + 0.5
+        )
