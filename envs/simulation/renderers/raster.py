@@ -1,5 +1,6 @@
 """The default renderer: our own rasteriser, the same bits everywhere, on two threads."""
 
+import os
 from collections.abc import Sequence
 from functools import cache
 
@@ -17,7 +18,7 @@ from grouser.geometry import Array
 
 
 class RasterRenderer(Renderer):
-    """Draws every second picture in a second thread."""
+    """Draws every second picture in a second thread, where there is a second processor."""
 
     def __init__(self, world: World, camera: Pinhole, *, color: bool) -> None:
         mesh, bank = world_mesh(world), texture_bank(color)
@@ -26,6 +27,8 @@ class RasterRenderer(Renderer):
         self._helper = HelperThread()
 
     def images(self, poses: Sequence[Array]) -> list[Image]:
+        if _on_one_processor() or len(poses) < 2:
+            return _draw(self._own, poses)
         pending = self._helper.submit(lambda: _draw(self._other, poses[1::2]))
         drawn = _draw(self._own, poses[::2]), pending.result()
         return [drawn[i % 2][i // 2] for i in range(len(poses))]
@@ -42,3 +45,8 @@ class RasterRenderer(Renderer):
 
 def _draw(rasteriser: Rasteriser, poses: Sequence[Array]) -> list[Image]:
     return [rasteriser.render(T) for T in poses]
+
+
+def _on_one_processor() -> bool:
+    """Whether this process keeps to a single processor, as the workers of a vector may."""
+    return hasattr(os, "sched_getaffinity") and len(os.sched_getaffinity(0)) == 1
