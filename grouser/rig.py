@@ -19,6 +19,7 @@ from grouser.checks import (
     require_positive,
     require_whole,
 )
+from grouser.frozen import rebuilt
 from grouser.geometry import Array, inverse_transform, rotation_from_rpy, transform
 
 # Columns: the optical axes (x right, y down, z forward) in the base frame (x forward, y left, z up)
@@ -121,7 +122,7 @@ class StereoCamera:
         return hash((self.fx, self.fy, self.cx, self.cy, self.baseline, self.width, self.height))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _rebuilt(self)
+        return rebuilt(self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -169,7 +170,7 @@ class Lidar:
         return hash((self.n_beams, self.angle_min, self.angle_increment, self.range_max))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _rebuilt(self)
+        return rebuilt(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -267,11 +268,6 @@ _PARTS: dict[str, Any] = {
     "gps": Gps,
 }
 _EXPECTED = ", ".join(_PARTS)
-
-
-def _rebuilt(part: Any) -> tuple[Any, ...]:
-    """Pickle and copy by construction: NumPy's own pickles would come back writeable."""
-    return type(part), tuple(getattr(part, name) for name in _field_names(part))
 
 
 def _field_names(part: Any) -> list[str]:

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from grouser.envs.simulation.frozen import freeze, rebuilt
 from grouser.envs.simulation.materials import MATERIALS, TEXTURES, material_index
+from grouser.frozen import freeze, rebuilt
 from grouser.geometry import Array
 from grouser.kernels import kernel
 

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grouser.envs.simulation.frozen import freeze, rebuilt
 from grouser.envs.simulation.ground import Ground
+from grouser.frozen import freeze, rebuilt
 from grouser.geometry import Array
 
 
