@@ -1,6 +1,5 @@
 """Estimators by name: `register`, `make`, `names`, and the entry-point group for other packages."""
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -9,6 +8,7 @@ from importlib.metadata import entry_points
 from types import MappingProxyType
 from typing import Any
 
+from grouser.checks import did_you_mean
 from grouser.estimators.base import TRUTH_KEYS, PoseEstimator
 from grouser.rig import Rig
 
@@ -61,8 +61,7 @@ def spec(name: str) -> EstimatorSpec:
     """
     _load_entry_points()
     if name not in _registry:
-        near = difflib.get_close_matches(name, _registry, n=1)
-        hint = f"did you mean {near[0]!r}? " if near else ""
+        hint = did_you_mean(name, _registry)
         raise ValueError(f"no estimator is named {name!r}; {hint}known: {', '.join(names())}")
     return _registry[name]
 

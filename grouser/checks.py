@@ -1,5 +1,7 @@
-"""Ranges of the numbers that frozen values hold, checked where they are made."""
+"""What is checked where a value is made, and the words that help where it is wrong."""
 
+import difflib
+from collections.abc import Collection
 from numbers import Integral, Real
 
 import numpy as np
@@ -37,3 +39,10 @@ def require_not_negative(owner: object, *names: str) -> None:
         value = getattr(owner, name)
         if not np.all(np.isfinite(value) & (np.asarray(value) >= 0)):
             raise ValueError(f"{type(owner).__name__}.{name} must be zero or more, got {value!r}")
+
+
+def did_you_mean(name: object, known: Collection[str]) -> str:
+    """A question, with a space behind it, about the known name nearest to one that is not known;
+    nothing where none is near."""
+    near = difflib.get_close_matches(str(name), known, n=1)
+    return f"did you mean {near[0]!r}? " if near else ""

@@ -4,12 +4,13 @@ An effect has an amount at every time. `Effect.default` holds where nothing else
 `Schedule` is given holds all the time, and a fault of it for a while.
 """
 
-import difflib
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from math import isfinite
 from numbers import Real
 from types import MappingProxyType
+
+from grouser.checks import did_you_mean
 
 SHARE = "share"
 SWITCH = "0 or 1"
@@ -195,8 +196,7 @@ def known(name: object, names: Collection[str], kind: str) -> str:
     """
     if isinstance(name, str) and name in names:
         return name
-    near = difflib.get_close_matches(str(name), names, n=1)
-    hint = f"did you mean {near[0]!r}? " if near else ""
+    hint = did_you_mean(name, names)
     group = str(name).partition(".")[0]
     own = [other for other in names if other.partition(".")[0] == group]
     if own:

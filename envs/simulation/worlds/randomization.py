@@ -3,7 +3,6 @@
 Every kind draws from a generator of its own, so that one more or less changes no other.
 """
 
-import difflib
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -12,6 +11,7 @@ from numbers import Real
 import numpy as np
 from numpy.typing import NDArray
 
+from grouser.checks import did_you_mean
 from grouser.envs.simulation.materials import TEXTURES
 from grouser.envs.simulation.world import Boxes, Cylinders, Light, World
 
@@ -38,8 +38,7 @@ def randomization_strengths(randomize: str | Iterable[str] | Mapping[str, float]
     given = dict(randomize) if isinstance(randomize, Mapping) else dict.fromkeys(randomize, 1.0)
     for name, strength in given.items():
         if name not in RANDOMIZABLE:
-            near = difflib.get_close_matches(str(name), RANDOMIZABLE, n=1)
-            hint = f"did you mean {near[0]!r}? " if near else ""
+            hint = did_you_mean(name, RANDOMIZABLE)
             raise ValueError(
                 f"nothing named {name!r} can be randomised; {hint}known: {', '.join(RANDOMIZABLE)}"
             )

@@ -1,12 +1,12 @@
 """Worlds by name: seeded generators, and what is guaranteed of every world."""
 
-import difflib
 from collections.abc import Callable, Iterable, Mapping
 from numbers import Real
 from typing import NamedTuple
 
 import numpy as np
 
+from grouser.checks import did_you_mean
 from grouser.envs.simulation.world import World
 from grouser.envs.simulation.worlds.corridor import corridor
 from grouser.envs.simulation.worlds.forest import forest
@@ -123,8 +123,7 @@ def _valid_world(name: str, rng: np.random.Generator, difficulty: float, clutter
 
 def _require_known(name: str) -> None:
     if name not in _KINDS:
-        near = difflib.get_close_matches(str(name), _KINDS, n=1)
-        hint = f"did you mean {near[0]!r}? " if near else ""
+        hint = did_you_mean(name, _KINDS)
         raise ValueError(f"no world is named {name!r}; {hint}known: {', '.join(world_names())}")
 
 
