@@ -1,7 +1,8 @@
 """Kalman filter of tracks and relative vision (SPEC 1.5, steps 1 and 5).
 
-State X = (x, y, heading, biases) at the keyframe; the biases are the tracks' scale errors and the
-disparity offset, which makes all of vision's distances too long or too short. Vision measures the
+State X = (x, y, heading, biases) at the keyframe; the biases are the constant errors of whatever
+predicts and, last, the disparity offset, which makes all of vision's distances too long or too
+short. Vision measures the
 pose RELATIVE to the keyframe, as the tracks predict it; treating a composed pose as an independent
 measurement, as the paper's update does, collapses the covariance (NEES above 1e8).
 """
@@ -10,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grouser.estimators.visual.prediction import BIASES, Increment
+from grouser.estimators.visual.constant_errors import ConstantErrors, disparity_offset
+from grouser.estimators.visual.prediction import Increment
 from grouser.geometry import Array, between, compose, compose_jacobians, wrap
 
 SLIP_GATE = 16.3
@@ -26,9 +28,9 @@ class FilterState:
     pose: Array
     """(3,)"""
     biases: Array
-    """(BIASES,)"""
+    """(n + 1,) the predictor's constant errors and the disparity offset"""
     covariance: Array
-    """(3 + BIASES, 3 + BIASES)"""
+    """(3 + n + 1, 3 + n + 1)"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +54,7 @@ class Accumulated:
     covariance: Array
     """(3, 3) of the increments' white noise"""
     by_biases: Array
-    """(3, BIASES)"""
+    """(3, n) by the predictor's constant errors"""
     frames: int
 
     def then(self, increment: Increment) -> "Accumulated":
@@ -64,7 +66,9 @@ class Accumulated:
         return Accumulated(pose, covariance, by_biases, self.frames + 1)
 
 
-NOTHING_YET = Accumulated(np.zeros(3), np.zeros((3, 3)), np.zeros((3, BIASES)), 0)
+def nothing_yet(errors: ConstantErrors) -> Accumulated:
+    """At the keyframe itself, for a predictor with these constant errors."""
+    return Accumulated(np.zeros(3), np.zeros((3, 3)), np.zeros((3, len(errors))), 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,15 +85,22 @@ class Fused:
 class RelativeFilter:
     """Fuses what the tracks say of the motion since the keyframe with what vision says of it."""
 
-    def __init__(self, *, bias_sigmas: Array, scale_walk: float) -> None:
+    def __init__(self, errors: ConstantErrors, *, disparity_sigma: float) -> None:
         """
         Args:
-            bias_sigmas: (BIASES,) sigma of the biases at the start.
-            scale_walk: how far a track's scale error wanders in one frame, one sigma.
+            errors: the predictor's.
+            disparity_sigma: how well the disparity offset is known, one sigma [px].
         """
-        self._walk = np.diag([scale_walk, scale_walk, scale_walk, 0.0]) ** 2
-        covariance = np.diag(np.concatenate([np.zeros(3), bias_sigmas**2]))
-        self.keyframe = FilterState(np.zeros(3), np.zeros(BIASES), covariance)
+        every = errors + disparity_offset(disparity_sigma)
+        self._predicted = len(errors)
+        self._walk = np.diag(every.walks) ** 2
+        covariance = np.diag(np.concatenate([np.zeros(3), every.sigmas**2]))
+        self.keyframe = FilterState(np.zeros(3), np.zeros(len(every)), covariance)
+
+    def of_predictor(self) -> tuple[Array, Array]:
+        """The predictor's constant errors (n,) as estimated, and their covariance (n, n)."""
+        own = slice(3, 3 + self._predicted)
+        return self.keyframe.biases[: self._predicted], self.keyframe.covariance[own, own]
 
     def coast(self, predicted: Accumulated) -> Fused:
         """Prediction alone, trusted less, as whatever blinds the camera may shake the robot too."""
@@ -99,13 +110,9 @@ class RelativeFilter:
 
     def follow(self, measured: RelativePose, frames: int) -> Fused:
         """Measurement alone, after so many frames."""
-        seen = Accumulated(
-            self._corrected(measured),
-            measured.covariance,
-            -_by_biases(measured),
-            frames,
+        pose, covariance, _ = self._composed(
+            self._corrected(measured), measured.covariance, -self._by_biases(measured)
         )
-        pose, covariance, _ = self._predict(seen, 1.0)
         state = self._wandered(pose, self.keyframe.biases, covariance, frames)
         return Fused(state, np.nan, False)
 
@@ -123,7 +130,7 @@ class RelativeFilter:
         innovation[2] = wrap(innovation[2])
         # The innovation's error: tracks' and vision's biases, the tracks' noise, vision's noise.
         P_biases = covariance[:, 3:]
-        H = predicted.by_biases + _by_biases(measured)
+        H = self._by_all_biases(predicted) + self._by_biases(measured)
         Q = inflation * predicted.covariance
         cross = P_biases @ H.T
         cross[:3] += R_rel @ Q
@@ -143,7 +150,7 @@ class RelativeFilter:
         return FilterState(pose, biases, covariance)
 
     def _corrected(self, measured: RelativePose) -> Array:
-        return measured.pose - _by_biases(measured) @ self.keyframe.biases
+        return measured.pose - self._by_biases(measured) @ self.keyframe.biases
 
     def relative(self, fused: Fused) -> Array:
         """(3,) the fused pose as seen from the keyframe."""
@@ -154,15 +161,24 @@ class RelativeFilter:
         self.keyframe = fused.state
 
     def _predict(self, predicted: Accumulated, inflation: float) -> tuple[Array, Array, Array]:
-        """Pose, covariance of the state, and the pose's derivative by the relative pose."""
-        R_pose, R_rel = compose_jacobians(self.keyframe.pose, predicted.pose)
-        F = np.eye(3 + BIASES)
-        F[:3, :3], F[:3, 3:] = R_pose, R_rel @ predicted.by_biases
+        noise = inflation * predicted.covariance
+        return self._composed(predicted.pose, noise, self._by_all_biases(predicted))
+
+    def _composed(
+        self, relative: Array, noise: Array, by_biases: Array
+    ) -> tuple[Array, Array, Array]:
+        """Pose, covariance of the state, and the pose's derivative by the relative pose (3,)."""
+        R_pose, R_rel = compose_jacobians(self.keyframe.pose, relative)
+        F = np.eye(3 + len(self.keyframe.biases))
+        F[:3, :3], F[:3, 3:] = R_pose, R_rel @ by_biases
         covariance = F @ self.keyframe.covariance @ F.T
-        covariance[:3, :3] += R_rel @ (inflation * predicted.covariance) @ R_rel.T
-        return compose(self.keyframe.pose, predicted.pose), covariance, R_rel
+        covariance[:3, :3] += R_rel @ noise @ R_rel.T
+        return compose(self.keyframe.pose, relative), covariance, R_rel
 
+    def _by_all_biases(self, predicted: Accumulated) -> Array:
+        """(3, n + 1) of what was predicted."""
+        return np.column_stack([predicted.by_biases, np.zeros(3)])
 
-def _by_biases(measured: RelativePose) -> Array:
-    """(3, BIASES) error of what vision measured per unit of the biases."""
-    return np.column_stack([np.zeros((3, BIASES - 1)), measured.by_disparity])
+    def _by_biases(self, measured: RelativePose) -> Array:
+        """(3, n + 1) error of what vision measured per unit of the biases."""
+        return np.column_stack([np.zeros((3, self._predicted)), measured.by_disparity])

@@ -16,12 +16,9 @@ from grouser.estimators.track_motion import (
     track_increment,
     track_increment_jacobian,
 )
+from grouser.estimators.visual.constant_errors import NO_ERRORS, ConstantErrors
 from grouser.geometry import Array
 from grouser.rig import TrackGeometry
-
-BIASES = 4
-"""Constant errors that the filter estimates: the scales of the left track, the right track and the
-turn [1], and the cameras' disparity offset [px]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,17 +30,39 @@ class Increment:
     covariance: Array
     """(3, 3) of its white noise"""
     by_biases: Array
-    """(3, BIASES) derivative by the constant errors"""
+    """(3, n) derivative by the predictor's constant errors"""
+
+
+@dataclass(frozen=True, slots=True)
+class TrackScales:
+    """How well the scales are known: one sigma of their errors, which stay the same for long."""
+
+    track: float = 0.05
+    """Of either track's increment."""
+    turn: float = 0.10
+    """Of the effective width."""
+    walk: float = 5e-4
+    """How far each wanders in one frame (SPEC 1.5)."""
+
+    def errors(self) -> ConstantErrors:
+        """The scale errors of the left track, the right track and the turn."""
+        return ConstantErrors(
+            ("left track's scale", "right track's scale", "turn's scale"),
+            np.array([self.track, self.track, self.turn]),
+            np.full(3, self.walk),
+        )
 
 
 class MotionPredictor(ABC):
     """Predicts increments; `measures` says whether they are a measurement that may be fused."""
 
     measures: bool
+    errors: ConstantErrors
+    """Its n constant errors, which the filter estimates."""
 
     @abstractmethod
     def predict(self, observation: Observation, biases: Array) -> Increment:
-        """The increment to this observation, given the estimated constant errors (BIASES,)."""
+        """The increment to this observation, given the constant errors (n,) as estimated."""
 
     @abstractmethod
     def learn(self, increment: Array | None) -> None:
@@ -56,9 +75,19 @@ class TrackPredictor(MotionPredictor):
     measures = True
 
     def __init__(
-        self, tracks: TrackGeometry, noise: TrackNoise, side_slip: SideSlip, turn_noise: float
+        self,
+        tracks: TrackGeometry,
+        noise: TrackNoise,
+        side_slip: SideSlip,
+        turn_noise: float,
+        scales: TrackScales | None = None,
     ) -> None:
-        """turn_noise: white slip of the turn, as a share of it."""
+        """
+        Args:
+            turn_noise: white slip of the turn, as a share of it.
+            scales: how well the scales are known; left out, as `TrackScales` has it.
+        """
+        self.errors = (scales or TrackScales()).errors()
         self._tracks = tracks
         self._noise = noise
         self._side_slip = side_slip
@@ -75,7 +104,7 @@ class TrackPredictor(MotionPredictor):
         covariance = by_du @ self._noise.covariance(du) @ by_du.T
         covariance += (self._turn_noise * turn) ** 2 * np.outer(by_turn, by_turn)
         covariance += self._side_slip.covariance(turn, chord(turn, arc_length))
-        by_biases = np.column_stack([by_du * measured, by_turn * turn, np.zeros(3)])
+        by_biases = np.column_stack([by_du * measured, by_turn * turn])
         return Increment(arc_pose(turn * (1 + biases[2]), arc_length), covariance, by_biases)
 
     def learn(self, increment: Array | None) -> None:
@@ -86,6 +115,7 @@ class VelocityPredictor(MotionPredictor):
     """Without tracks the last increment is expected again: where to search, not a measurement."""
 
     measures = False
+    errors = NO_ERRORS
 
     def __init__(self, first_sigma: Array) -> None:
         """first_sigma: (3,) of the increment while nothing is known of the velocity."""
@@ -93,7 +123,7 @@ class VelocityPredictor(MotionPredictor):
         self._last: Array | None = None
 
     def predict(self, observation: Observation, biases: Array) -> Increment:
-        zero = np.zeros((3, BIASES))
+        zero = np.zeros((3, 0))
         if self._last is None:
             return Increment(np.zeros(3), np.diag(self._first**2), zero)
         distance = float(np.hypot(*self._last[:2]))

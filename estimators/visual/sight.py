@@ -2,18 +2,13 @@
 
 import time
 from dataclasses import dataclass
+from typing import Generic
 
 import numpy as np
 
-from grouser.estimators.visual.frontend import Keyframe, StereoFrame
+from grouser.estimators.visual.base import FrameT, Frontend, KeyframeT
 from grouser.estimators.visual.fusion import RelativePose
-from grouser.estimators.visual.matching import (
-    Matches,
-    MatchingOptions,
-    PixelNoise,
-    Prediction,
-    match_frames,
-)
+from grouser.estimators.visual.matching import Matches, Prediction
 from grouser.estimators.visual.motion import intrinsics, predict_points
 from grouser.estimators.visual.prior import MotionPrior
 from grouser.estimators.visual.refine import Refinement, refine
@@ -71,27 +66,21 @@ class Sight:
         return float(self.motion[3]), float(self.motion[4]), float(self.motion[5])
 
 
-class KeyframeSight:
+class KeyframeSight(Generic[FrameT, KeyframeT]):
     """Sees the motion from one stereo frame to another; has no memory."""
 
     def __init__(
-        self,
-        camera: StereoCamera,
-        solver: MotionSolver,
-        *,
-        matching: MatchingOptions,
-        noise: PixelNoise,
+        self, camera: StereoCamera, frontend: Frontend[FrameT, KeyframeT], solver: MotionSolver
     ) -> None:
         self._camera = camera
         self._intrinsics = intrinsics(camera)
+        self._frontend = frontend
         self._solver = solver
-        self._matching = matching
-        self._noise = noise
 
     def look(
         self,
-        keyframe: Keyframe,
-        frame: StereoFrame,
+        keyframe: KeyframeT,
+        frame: FrameT,
         expected: Expectation,
         prior: MotionPrior,
         rng: np.random.Generator,
@@ -110,7 +99,7 @@ class KeyframeSight:
         return sight
 
     def _search_prior(
-        self, keyframe: Keyframe, expected: Expectation, prior: MotionPrior
+        self, keyframe: KeyframeT, expected: Expectation, prior: MotionPrior
     ) -> tuple[Array, Array, float]:
         """Mean (6,) and covariance (6, 6) of the motion, and half the search width, px / 320."""
         mean = np.concatenate([pose_motion(expected.pose), prior.mean[3:]])
@@ -123,7 +112,7 @@ class KeyframeSight:
         width = 3 * float(np.sqrt(np.nanmedian(spread[:, 0, 0])))
         return mean, covariance, width * 320 / self._camera.width
 
-    def _predict(self, keyframe: Keyframe, mean: Array, covariance: Array) -> Prediction:
+    def _predict(self, keyframe: KeyframeT, mean: Array, covariance: Array) -> Prediction:
         camera = self._camera
         return Prediction(
             *predict_points(
@@ -132,14 +121,14 @@ class KeyframeSight:
                 covariance,
                 camera.T_base_camera,
                 self._intrinsics,
-                self._noise.expected(),
+                self._frontend.expected_noise,
             )
         )
 
     def _try(
         self,
-        keyframe: Keyframe,
-        frame: StereoFrame,
+        keyframe: KeyframeT,
+        frame: FrameT,
         mean: Array,
         covariance: Array,
         prior: MotionPrior,
@@ -147,7 +136,8 @@ class KeyframeSight:
     ) -> Sight:
         """Match, solve, refine; blind where too few points are left after a stage."""
         started = time.perf_counter()
-        matches = self._match(keyframe, frame, mean, covariance)
+        prediction = self._predict(keyframe, mean, covariance)
+        matches = self._frontend.match(keyframe, frame, prediction)
         matched = time.perf_counter()
         told = _told_of_matches(matches) | {"ms_matching": 1e3 * (matched - started)}
         if len(matches.reference) < FEWEST_MATCHES:
@@ -163,18 +153,6 @@ class KeyframeSight:
         if not _usable(refined):
             return _blind(told)
         return Sight(refined.motion, refined.covariance, refined.by_disparity, told)
-
-    def _match(
-        self, keyframe: Keyframe, frame: StereoFrame, mean: Array, covariance: Array
-    ) -> Matches:
-        return match_frames(
-            keyframe,
-            frame,
-            self._predict(keyframe, mean, covariance),
-            self._matching,
-            self._noise,
-            disparity_offset=self._camera.disparity_offset,
-        )
 
     def _refine(self, matches: Matches, hypothesis: Hypothesis, prior: MotionPrior) -> Refinement:
         return refine(

@@ -1,27 +1,30 @@
 """The filter of tracks and relative vision: honest on its own model, and it knows who is right."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
 from grouser.estimators.track_motion import SideSlip, TrackNoise, arc_pose, chord, track_increment
 from grouser.estimators.visual.fusion import (
-    NOTHING_YET,
     SLIP_GATE,
     Accumulated,
     RelativeFilter,
     RelativePose,
+    nothing_yet,
 )
-from grouser.estimators.visual.prediction import BIASES, TrackPredictor
+from grouser.estimators.visual.prediction import TrackPredictor, TrackScales
 from grouser.geometry import Array, between, compose, wrap
 from grouser.rig import TrackGeometry
 
 WIDTH, TURN_NOISE, WALK = 0.5, 0.05, 5e-4
-SIGMAS = np.array([0.05, 0.05, 0.10, 0.3])
+SCALES = TrackScales(track=0.05, turn=0.10, walk=WALK)
+OFFSET_SIGMA = 0.3
 NOISE, SLIP = TrackNoise(), SideSlip()
 TRACKS = TrackGeometry(gauge=0.4, width=0.08, effective_width=WIDTH)
-PREDICTOR = TrackPredictor(TRACKS, NOISE, SLIP, TURN_NOISE)
+PREDICTOR = TrackPredictor(TRACKS, NOISE, SLIP, TURN_NOISE, SCALES)
+ERRORS = PREDICTOR.errors
+SIGMAS = np.append(ERRORS.sigmas, OFFSET_SIGMA)
 VISION = np.diag([0.002, 0.002, 0.001]) ** 2
 DRIVE = np.array(
     [[0.04, 0.06]] * 30 + [[0.06, 0.05]] * 30 + [[-0.05, -0.04]] * 30 + [[0.05, 0.05]] * 30
@@ -30,7 +33,7 @@ DRIVE = np.array(
 
 def predicted(frames: int, start: int = 0, biases: Array | None = None) -> Accumulated:
     """What the tracks say of so many frames of the drive."""
-    known, total = np.zeros(BIASES) if biases is None else biases, NOTHING_YET
+    known, total = np.zeros(len(ERRORS)) if biases is None else biases, nothing_yet(ERRORS)
     for du in DRIVE[start : start + frames]:
         total = total.then(PREDICTOR.predict({"tracks": du}, known))
     return total
@@ -42,8 +45,15 @@ def vision(pose: Array, offset: float = 0.0) -> RelativePose:
     return RelativePose(pose + offset * by_disparity, VISION, by_disparity)
 
 
-def make(sigmas: Array = SIGMAS) -> RelativeFilter:
-    return RelativeFilter(bias_sigmas=sigmas, scale_walk=WALK)
+def make(*, scale: float = 1.0, offset: float = OFFSET_SIGMA) -> RelativeFilter:
+    """scale: of the sigmas of the tracks' constant errors."""
+    errors = replace(ERRORS, sigmas=scale * ERRORS.sigmas)
+    return RelativeFilter(errors, disparity_sigma=offset)
+
+
+def exact() -> RelativeFilter:
+    """One that takes the tracks and the cameras for calibrated."""
+    return make(scale=0.0, offset=0.0)
 
 
 def true_step(rng: np.random.Generator, du: Array, biases: Array) -> Array:
@@ -67,10 +77,10 @@ class Outcome:
 def simulate(rng: np.random.Generator, keyframe_frames: int = 6) -> Outcome:
     """The drive once, with biases, noise and keyframes."""
     kalman, truth, keyframe = make(), np.zeros(3), np.zeros(3)
-    biases, since = SIGMAS * rng.normal(size=BIASES), NOTHING_YET
+    biases, since = SIGMAS * rng.normal(size=4), nothing_yet(ERRORS)
     for frame, du in enumerate(DRIVE, start=1):
         truth = compose(truth, true_step(rng, du, biases))
-        since = since.then(PREDICTOR.predict({"tracks": du}, kalman.keyframe.biases))
+        since = since.then(PREDICTOR.predict({"tracks": du}, kalman.of_predictor()[0]))
         biases[:3] += WALK * rng.normal(size=3)
         if frame % keyframe_frames == 0:
             seen = vision(between(keyframe, truth), biases[3])
@@ -78,7 +88,7 @@ def simulate(rng: np.random.Generator, keyframe_frames: int = 6) -> Outcome:
                 seen.pose + np.sqrt(np.diag(VISION)) * rng.normal(size=3), VISION, seen.by_disparity
             )
             kalman.commit(kalman.fuse(since, noisy))
-            keyframe, since = truth, NOTHING_YET
+            keyframe, since = truth, nothing_yet(ERRORS)
     state = kalman.keyframe
     error = truth - state.pose
     error[2] = wrap(error[2])
@@ -104,11 +114,11 @@ def test_accumulation_is_composition_with_derivatives_by_the_biases() -> None:
     total, h = predicted(20, start=20), 1e-6
     pose = np.zeros(3)
     for du in DRIVE[20:40]:
-        pose = compose(pose, PREDICTOR.predict({"tracks": du}, np.zeros(BIASES)).pose)
+        pose = compose(pose, PREDICTOR.predict({"tracks": du}, np.zeros(3)).pose)
     np.testing.assert_allclose(total.pose, pose, atol=1e-15)
     assert total.frames == 20
-    for k in range(BIASES):
-        step = h * np.eye(BIASES)[k]
+    for k in range(3):
+        step = h * np.eye(3)[k]
         ahead, back = (predicted(20, 20, biases).pose for biases in (step, -step))
         assert np.abs(total.by_biases[:, k] - (ahead - back) / (2 * h)).max() < 1e-8
 
@@ -117,7 +127,7 @@ def test_without_biases_the_update_is_the_weighted_mean() -> None:
     """From a keyframe known exactly, two independent measurements add their information."""
     tracks = predicted(10)
     seen = vision(tracks.pose + [0.001, -0.002, 0.001])
-    fused = make(np.zeros(BIASES)).fuse(tracks, seen)
+    fused = exact().fuse(tracks, seen)
     of_tracks, of_vision = np.linalg.inv(tracks.covariance), np.linalg.inv(VISION)
     P = np.linalg.inv(of_tracks + of_vision)
     np.testing.assert_allclose(fused.state.covariance[:3, :3], P, rtol=1e-9, atol=1e-15)
@@ -136,7 +146,7 @@ def test_a_jump_beyond_the_gate_is_slip_and_vision_wins() -> None:
 
 
 def test_coasting_is_prediction_trusted_less_and_less() -> None:
-    kalman = make(np.zeros(BIASES))
+    kalman = exact()
     traces = [np.trace(kalman.coast(predicted(n)).state.covariance) for n in range(1, 20)]
     assert (np.diff(traces) > 0).all()
     tracks, coasted = predicted(8), kalman.coast(predicted(8))
@@ -155,14 +165,13 @@ def test_following_takes_the_pose_of_vision_and_its_noise() -> None:
     expected = compose(before.pose, step - offset * np.append(0.05 * step[:2], 0.0))
     np.testing.assert_allclose(followed.pose, expected, atol=1e-12)
     assert (np.diag(followed.covariance)[:3] > np.diag(before.covariance)[:3]).all()
-    exact = make(np.zeros(BIASES)).follow(vision(step), 1).state
-    np.testing.assert_allclose(exact.covariance[:3, :3], VISION, atol=1e-15)
+    certain = exact().follow(vision(step), 1).state
+    np.testing.assert_allclose(certain.covariance[:3, :3], VISION, atol=1e-15)
 
 
 def test_a_common_disparity_offset_does_not_average_out() -> None:
     """Over n keyframes independent noise grows with sqrt(n), an offset's error with n."""
-    ahead, sigmas = np.array([0.25, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 0.3])
-    kalman, spread = make(sigmas), []
+    ahead, kalman, spread = np.array([0.25, 0.0, 0.0]), make(scale=0.0), list[float]()
     for _ in range(100):
         kalman.commit(kalman.follow(vision(ahead), 5))
         spread.append(np.sqrt(kalman.keyframe.covariance[0, 0]))
@@ -182,10 +191,10 @@ def test_the_heading_may_pass_half_a_turn() -> None:
 
 
 def test_the_covariance_stays_one_over_a_thousand_frames() -> None:
-    rng, kalman, since = np.random.default_rng(1), make(), NOTHING_YET
+    rng, kalman, since = np.random.default_rng(1), make(), nothing_yet(ERRORS)
     for frame in range(1000):
         du = rng.uniform(-0.1, 0.1, 2)
-        since = since.then(PREDICTOR.predict({"tracks": du}, kalman.keyframe.biases))
+        since = since.then(PREDICTOR.predict({"tracks": du}, kalman.of_predictor()[0]))
         seen = vision(since.pose + 0.002 * rng.normal(size=3))
         fused = kalman.coast(since) if frame % 7 == 0 else kalman.fuse(since, seen)
         P = fused.state.covariance
@@ -193,4 +202,4 @@ def test_the_covariance_stays_one_over_a_thousand_frames() -> None:
         assert np.linalg.eigvalsh(P)[0] > -1e-12 * np.trace(P)
         if frame % 5 == 0:
             kalman.commit(fused)
-            since = NOTHING_YET
+            since = nothing_yet(ERRORS)

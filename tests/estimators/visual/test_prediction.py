@@ -7,16 +7,17 @@ from hypothesis import strategies as st
 
 from grouser.estimators.base import Observation
 from grouser.estimators.track_motion import SideSlip, TrackNoise, arc_pose
-from grouser.estimators.visual.prediction import BIASES, TrackPredictor, VelocityPredictor
+from grouser.estimators.visual.prediction import TrackPredictor, VelocityPredictor
 from grouser.geometry import Array
 from grouser.rig import TrackGeometry
 
 WIDTH = 0.5
 TRACKS = TrackGeometry(gauge=0.4, width=0.08, effective_width=WIDTH)
 PREDICTOR = TrackPredictor(TRACKS, TrackNoise(), SideSlip(), turn_noise=0.05)
+BIASES = len(PREDICTOR.errors)
 lengths = st.floats(-0.2, 0.2)
 errors = st.floats(-0.1, 0.1)
-constants = st.tuples(errors, errors, errors, errors).map(np.array)
+constants = st.tuples(errors, errors, errors).map(np.array)
 
 
 def tracks(left: float, right: float) -> Observation:

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from grouser.estimators.base import Observation
 from grouser.estimators.synthetic_drive import RIG, synthetic_drive
-from grouser.estimators.visual.descriptor import Image
 from grouser.estimators.visual.five_point import FivePointRansac
-from grouser.estimators.visual.frontend import FrontendOptions, StereoFrame, StereoFrontend, grey
+from grouser.estimators.visual.frontend import FrontendOptions
+from grouser.estimators.visual.image_frontend import ImageFrontend
 from grouser.estimators.visual.matching import MatchingOptions, PixelNoise
 from grouser.estimators.visual.one_point import OnePointRansac
 from grouser.estimators.visual.prior import ChassisPrior
@@ -25,23 +26,24 @@ assert RIG.stereo is not None
 CAMERA: StereoCamera = RIG.stereo
 
 
-def frame(frontend: StereoFrontend, index: int) -> StereoFrame:
-    seen = DRIVE.observations[index]
-    return frontend.extract(grey(seen["left"], "left"), grey(seen["right"], "right"))
+def images() -> ImageFrontend:
+    return ImageFrontend(
+        CAMERA, options=FrontendOptions(), matching=MatchingOptions(), noise=PixelNoise()
+    )
 
 
 def look(
-    later: int | Image,
+    later: int | Observation,
     expected: Array,
     *,
     sigma: float = 0.02,
     solver: type[OnePointRansac] | type[FivePointRansac] = OnePointRansac,
 ) -> Sight:
-    """From frame 2 to a later one, or to an image that both eyes see."""
-    frontend = StereoFrontend(FrontendOptions())
-    keyframe = frontend.make_keyframe(frame(frontend, 2))
-    now = frame(frontend, later) if isinstance(later, int) else frontend.extract(later, later)
-    sight = KeyframeSight(CAMERA, solver(CAMERA), matching=MatchingOptions(), noise=PixelNoise())
+    """From frame 2 to a later one, or to other images."""
+    frontend = images()
+    keyframe = frontend.make_keyframe(frontend.extract(DRIVE.observations[2]))
+    now = frontend.extract(DRIVE.observations[later] if isinstance(later, int) else later)
+    sight = KeyframeSight(CAMERA, frontend, solver(CAMERA))
     on_an_arc = np.append(pose_motion(expected)[:2], 0.0)  # as the drive is, whatever is expected
     prior = ChassisPrior().about(on_an_arc, 0.002, np.zeros(6))
     expectation = Expectation(expected, np.eye(3) * sigma**2)
@@ -91,8 +93,9 @@ def test_in_the_dark_there_is_no_motion_and_nothing_to_tell() -> None:
 
 
 def test_another_scene_is_no_motion() -> None:
-    noise = np.random.default_rng(1).integers(0, 256, (CAMERA.height, CAMERA.width), dtype=np.uint8)
-    assert look(noise, np.zeros(3), sigma=0.1).motion is None
+    size = (CAMERA.height, CAMERA.width, 1)
+    noise = np.random.default_rng(1).integers(0, 256, size, dtype=np.uint8)
+    assert look({"left": noise, "right": noise}, np.zeros(3), sigma=0.1).motion is None
 
 
 def test_pose_and_motion_are_one_with_their_derivative() -> None:

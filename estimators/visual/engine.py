@@ -1,0 +1,174 @@
+"""Paper 1's Fig. 3 on keyframes (SPEC 1.5), wherever the frames come from."""
+
+import time
+from collections.abc import Callable
+from typing import Generic
+
+import numpy as np
+
+from grouser.estimators.base import Observation, PoseEstimate, Status
+from grouser.estimators.visual.base import FrameT, Frontend, KeyframeT
+from grouser.estimators.visual.constant_errors import ConstantErrors
+from grouser.estimators.visual.fusion import Fused, RelativeFilter, RelativePose, nothing_yet
+from grouser.estimators.visual.keyframes import KeyframeRule
+from grouser.estimators.visual.motion import chassis_pose
+from grouser.estimators.visual.prediction import MotionPredictor
+from grouser.estimators.visual.prior import ChassisPrior, MotionPrior
+from grouser.estimators.visual.sight import (
+    Expectation,
+    KeyframeSight,
+    Sight,
+    pose_motion,
+    pose_to_motion,
+)
+from grouser.geometry import Array, between, compose, compose_jacobians
+
+PredictorFactory = Callable[[Observation], MotionPredictor]
+"""Makes the predictor that the first observation has the means for."""
+FilterFactory = Callable[[ConstantErrors], RelativeFilter]
+"""Makes the filter for a predictor with these constant errors."""
+
+
+class KeyframeOdometry(Generic[FrameT, KeyframeT]):
+    """The pose since the first observation, from what is seen of the last keyframe.
+
+    A frame that vision fails on is bridged by prediction (COASTING); without a prediction that
+    measures, for longer than `lost_after`, LOST.
+    """
+
+    def __init__(
+        self,
+        frontend: Frontend[FrameT, KeyframeT],
+        sight: KeyframeSight[FrameT, KeyframeT],
+        *,
+        make_predictor: PredictorFactory,
+        make_filter: FilterFactory,
+        prior: ChassisPrior,
+        mount_sigma: Array,
+        rule: KeyframeRule,
+        lost_after: float,
+    ) -> None:
+        """
+        Args:
+            mount_sigma: (6,) how well the camera's place on the robot is known.
+            lost_after: s.
+        """
+        self._frontend = frontend
+        self._sight = sight
+        self._make_predictor = make_predictor
+        self._make_filter = make_filter
+        self._prior = prior
+        self._mount_sigma = mount_sigma
+        self._rule = rule
+        self._lost_after = lost_after
+        self._rng: np.random.Generator | None = None
+
+    def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
+        """Start at pose zero, known exactly, with the first frame as keyframe."""
+        self._rng = rng
+        self._predictor = self._make_predictor(observation)
+        self._filter = self._make_filter(self._predictor.errors)
+        self._frontend.reset()
+        self._start_from(self._frontend.extract(observation), np.eye(4))
+        self._failures = 0
+        self._last_seen = float(observation["stamp"][0])
+        return PoseEstimate(
+            pose=np.zeros(3),
+            covariance=np.zeros((3, 3)),
+            status=Status.TRACKING,
+            stamp=self._last_seen,
+            pose_3d=np.eye(4),
+        )
+
+    def update(self, observation: Observation) -> PoseEstimate:
+        """Stereo, prediction, sight, filter, keyframe: one frame of Fig. 3.
+
+        Raises:
+            RuntimeError: `reset` was not called yet.
+            ValueError: an observation that the front end or the predictor refuses.
+        """
+        if self._rng is None:
+            raise RuntimeError("call reset() with the first observation before update()")
+        started = time.perf_counter()
+        frame = self._frontend.extract(observation)
+        extracted = time.perf_counter()
+        expected = self._predict(observation)
+        sight = self._sight.look(self._keyframe, frame, expected, self._believe(), self._rng)
+        looked = time.perf_counter()
+        seen = None if sight.motion is None else sight.planar()
+        fused = self._fuse(seen)
+        relative = self._filter.relative(fused)
+        pose_3d = self._keyframe_pose_3d @ chassis_pose(relative, *sight.out_of_plane())
+        self._learn(relative, seen, expected)
+        status = self._status(sight, float(observation["stamp"][0]))
+        age = self._predicted.frames
+        diagnostics = sight.diagnostics | {
+            "features": float(len(frame.points)),
+            "nis": fused.nis,
+            "slipped": float(fused.slipped),
+            "keyframe_age": float(age),
+            "ms_stereo": 1e3 * (extracted - started),
+            "ms_filter": 1e3 * (time.perf_counter() - looked),
+        }
+        if self._rule.replaces(relative, sight, frames=age, failures=self._failures):
+            self._filter.commit(fused)
+            self._start_from(frame, pose_3d)
+        return PoseEstimate(
+            pose=fused.state.pose.copy(),
+            covariance=fused.state.covariance[:3, :3].copy(),
+            status=status,
+            stamp=float(observation["stamp"][0]),
+            pose_3d=pose_3d,
+            diagnostics=diagnostics,
+        )
+
+    def _start_from(self, frame: FrameT, pose_3d: Array) -> None:
+        """Compare the next frames with this one."""
+        self._keyframe = self._frontend.make_keyframe(frame)
+        self._keyframe_pose_3d = pose_3d.copy()
+        self._predicted = nothing_yet(self._predictor.errors)
+        self._believed = Expectation(np.zeros(3), np.zeros((3, 3)))
+
+    def _predict(self, observation: Observation) -> Expectation:
+        """Takes the increment into the filter's prediction, and says where to search."""
+        biases, covariance_of_biases = self._filter.of_predictor()
+        increment = self._predictor.predict(observation, biases)
+        self._predicted = self._predicted.then(increment)
+        F, V = compose_jacobians(self._believed.pose, increment.pose)
+        by_biases = increment.by_biases
+        noise = increment.covariance + by_biases @ covariance_of_biases @ by_biases.T
+        covariance = F @ self._believed.covariance @ F.T + V @ noise @ V.T
+        return Expectation(compose(self._believed.pose, increment.pose), covariance)
+
+    def _believe(self) -> MotionPrior:
+        """The prior of the motion since the keyframe, from the prediction alone."""
+        predicted = self._predicted
+        by_pose = pose_to_motion(predicted.pose)[2]
+        side_sigma = float(np.sqrt(by_pose @ predicted.covariance @ by_pose))
+        return self._prior.about(pose_motion(predicted.pose), side_sigma, self._mount_sigma)
+
+    def _fuse(self, seen: RelativePose | None) -> Fused:
+        if seen is None:
+            return self._filter.coast(self._predicted)
+        if self._predictor.measures:
+            return self._filter.fuse(self._predicted, seen)
+        return self._filter.follow(seen, self._predicted.frames)
+
+    def _learn(self, relative: Array, seen: RelativePose | None, expected: Expectation) -> None:
+        """What the next prediction starts from."""
+        if seen is None:
+            self._failures += 1
+            self._believed = Expectation(relative, expected.covariance)
+        else:
+            self._failures = 0
+            self._predictor.learn(between(self._believed.pose, relative))
+            self._believed = Expectation(relative, seen.covariance)
+
+    def _status(self, sight: Sight, stamp: float) -> Status:
+        if sight.motion is not None:
+            self._last_seen = stamp
+            return Status.TRACKING
+        if not self._predictor.measures and stamp - self._last_seen > self._lost_after:
+            self._predictor.learn(None)
+            return Status.LOST
+        return Status.COASTING

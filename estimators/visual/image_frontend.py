@@ -1,0 +1,74 @@
+"""The front end for images: stereo features, matched over time where the prediction says."""
+
+from grouser.estimators.base import Observation
+from grouser.estimators.visual.base import Frontend
+from grouser.estimators.visual.descriptor import Image
+from grouser.estimators.visual.frontend import (
+    FrontendOptions,
+    Keyframe,
+    StereoFrame,
+    StereoFrontend,
+    grey,
+)
+from grouser.estimators.visual.matching import (
+    Matches,
+    MatchingOptions,
+    PixelNoise,
+    Prediction,
+    match_frames,
+)
+from grouser.geometry import Array
+from grouser.rig import StereoCamera
+
+
+class ImageFrontend(Frontend[StereoFrame, Keyframe]):
+    """Reads `left` and `right` of an observation, rectified pairs as the camera is calibrated."""
+
+    def __init__(
+        self,
+        camera: StereoCamera,
+        *,
+        options: FrontendOptions,
+        matching: MatchingOptions,
+        noise: PixelNoise,
+    ) -> None:
+        self._camera = camera
+        self._stereo = StereoFrontend(options, disparity_offset=camera.disparity_offset)
+        self._matching = matching
+        self._noise = noise
+
+    @property
+    def expected_noise(self) -> Array:
+        return self._noise.expected()
+
+    def reset(self) -> None:
+        self._stereo.reset()
+
+    def extract(self, observation: Observation) -> StereoFrame:
+        left, right = (self._image(observation, eye) for eye in ("left", "right"))
+        return self._stereo.extract(left, right)
+
+    def make_keyframe(self, frame: StereoFrame) -> Keyframe:
+        return self._stereo.make_keyframe(frame)
+
+    def match(self, keyframe: Keyframe, frame: StereoFrame, prediction: Prediction) -> Matches:
+        return match_frames(
+            keyframe,
+            frame,
+            prediction,
+            self._matching,
+            self._noise,
+            disparity_offset=self._camera.disparity_offset,
+        )
+
+    def _image(self, observation: Observation, eye: str) -> Image:
+        image = grey(observation[eye], eye)
+        # Of another size, calibration and pixels disagree, and kernels would leave the image.
+        expected = (self._camera.height, self._camera.width)
+        if image.shape != expected:
+            raise ValueError(
+                f"observation {eye!r} is {image.shape[1]} x {image.shape[0]} px, but rig.stereo is "
+                f"calibrated for {expected[1]} x {expected[0]}: make the environment with images "
+                "of that size, and estimate before whatever resizes them"
+            )
+        return image

@@ -1,0 +1,20 @@
+"""Constant errors keep their order and their numbers when models are joined."""
+
+import numpy as np
+
+from grouser.estimators.visual.constant_errors import NO_ERRORS, disparity_offset
+from grouser.estimators.visual.prediction import TrackScales
+
+
+def test_errors_of_two_models_follow_each_other() -> None:
+    scales, offset = TrackScales(track=0.04, turn=0.2, walk=1e-3).errors(), disparity_offset(0.1)
+    both = scales + offset
+    assert both.names == (*scales.names, "disparity offset [px]") and len(both) == 4
+    np.testing.assert_array_equal(both.sigmas, [0.04, 0.04, 0.2, 0.1])
+    np.testing.assert_array_equal(both.walks, [1e-3, 1e-3, 1e-3, 0.0])
+
+
+def test_no_errors_add_nothing() -> None:
+    offset = disparity_offset(0.1)
+    assert len(NO_ERRORS) == 0
+    assert (NO_ERRORS + offset).names == offset.names == (offset + NO_ERRORS).names
