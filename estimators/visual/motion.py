@@ -13,28 +13,17 @@ are what a planar robot would not have. The current pose in the reference frame 
 
 With ray = ((u - cx) / fx, (v - cy) / fy, 1) and inverse depth i = d / (fx baseline), the ray in
 the current camera is A @ ray + b * i: linear, valid at d = 0, and nothing is divided by d.
-
-The kernels of the refinement are here too, because they call these (see `grouser.kernels`).
 """
 
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grouser.geometry import Array, rotation_from_rpy, transform
 from grouser.kernels import kernel
 from grouser.rig import StereoCamera
 
 TURN, CHORD, SIDE, HEIGHT, ROLL, PITCH = range(6)
-
-GATE = 11.34
-"""chi-square of 3 degrees of freedom at 99 %: the inlier limit of a point's (u, v, d) error."""
-CAUCHY = 3.0
-"""Squared error at which a point's weight has halved."""
-MEDIAN_ERROR = 2.366  # chi-square of 3 degrees of freedom
-SETTLED = 1e-7  # rad and m
-LEAST_SCALE = 0.05  # of the assumed variances, lest points without noise shut the gate
 
 
 def intrinsics(camera: StereoCamera) -> Array:
@@ -205,122 +194,3 @@ def predict_points(
                     total += JC[r, k] * Jm[c, k]
                 covariance[i, r, c] = total
     return predicted, covariance, by_point
-
-
-@kernel
-def gauss_newton(
-    reference: Array,
-    current: Array,
-    start: Array,
-    supporters: NDArray[np.int64],
-    prior_mean: Array,
-    prior_information: Array,
-    noise: Array,
-    T_base_camera: Array,
-    camera: Array,
-    limit: int,
-) -> tuple[Array, Array, Array, Array, float, int]:
-    n = reference.shape[0]
-    motion = start.copy()
-    corrected = reference.copy()
-    errors, residual = np.zeros(n), np.empty((n, 3))
-    jacobian, by_point = np.empty((n, 3, 6)), np.empty((n, 3, 3))
-    information = np.empty((n, 3, 3))
-    covariance, by_disparity = np.zeros((6, 6)), np.zeros(6)
-    offset, unused = np.empty(3), np.empty((6, 6))
-    scale, steps = 1.0, 0
-    while steps < limit:
-        steps += 1
-        _compare(
-            reference, current, corrected, motion, noise, T_base_camera, camera,
-            errors, residual, jacobian, by_point, information,
-        )  # fmt: skip
-        # The gate follows the noise: too narrow it starves the estimate, too wide it lets
-        # slightly wrong matches pull at it.
-        scale = max(LEAST_SCALE, np.median(errors[supporters]) / MEDIAN_ERROR)
-        H, g = np.diag(prior_information), prior_information * (prior_mean - motion)
-        by_disparity[:] = 0.0
-        for i in range(n):
-            if errors[i] < GATE * scale:
-                weight = 1.0 / (1.0 + errors[i] / (CAUCHY * scale))
-                _accumulate(weight, residual[i], jacobian[i], information[i], H, g)
-                # An offset of all disparities moves the measured point, and the one predicted.
-                offset[:] = -by_point[i, :, 2]
-                offset[2] += 1.0
-                _accumulate(weight, offset, jacobian[i], information[i], unused, by_disparity)
-        covariance[:] = np.linalg.inv(H)
-        change = covariance @ g
-        motion = motion + change
-        for i in range(n):
-            if errors[i] < GATE * scale:
-                gain = (noise[i, :3] * by_point[i]).T @ information[i]
-                corrected[i] = reference[i] + gain @ (residual[i] - jacobian[i] @ change)
-        if np.abs(change).max() < SETTLED:
-            break
-    return motion, covariance, covariance @ by_disparity, errors, scale, steps
-
-
-@kernel
-def _compare(
-    reference: Array,
-    current: Array,
-    corrected: Array,
-    motion: Array,
-    noise: Array,
-    T_base_camera: Array,
-    camera: Array,
-    errors: Array,
-    residual: Array,
-    jacobian: Array,
-    by_point: Array,
-    information: Array,
-) -> None:
-    """Residuals of all points at a motion, their squared errors, Jacobians and information."""
-    A, b, dA, db = camera_motion(motion, T_base_camera)
-    p = np.empty(3)
-    for i in range(reference.shape[0]):
-        Jw = by_point[i]
-        if not measure(corrected[i], A, b, dA, db, camera, p, Jw, jacobian[i]):
-            errors[i] = np.inf
-            continue
-        residual[i] = current[i] - p - Jw @ (reference[i] - corrected[i])
-        _invert_spread(Jw, noise[i], information[i])
-        errors[i] = residual[i] @ (information[i] @ residual[i])
-
-
-@kernel
-def _accumulate(
-    weight: float, residual: Array, Jm: Array, information: Array, H: Array, g: Array
-) -> None:
-    """One point's part of the normal equations H dx = g."""
-    weighted = np.empty((3, 6))
-    for a in range(3):
-        for c in range(6):
-            weighted[a, c] = 0.0
-            for k in range(3):
-                weighted[a, c] += weight * information[a, k] * Jm[k, c]
-    for a in range(6):
-        for k in range(3):
-            g[a] += weighted[k, a] * residual[k]
-        for c in range(6):
-            for k in range(3):
-                H[a, c] += Jm[k, a] * weighted[k, c]
-
-
-@kernel
-def _invert_spread(Jw: Array, noise: Array, out: Array) -> None:
-    """out = (Jw diag(noise[:3]) Jw^T + diag(noise[3:]))^-1, all 3 by 3."""
-    S = np.empty((3, 3))
-    for a in range(3):
-        for c in range(3):
-            S[a, c] = noise[3 + a] if a == c else 0.0
-            for k in range(3):
-                S[a, c] += Jw[a, k] * noise[k] * Jw[c, k]
-    for a in range(3):
-        for c in range(3):
-            a1, a2, c1, c2 = (a + 1) % 3, (a + 2) % 3, (c + 1) % 3, (c + 2) % 3
-            out[c, a] = S[a1, c1] * S[a2, c2] - S[a1, c2] * S[a2, c1]
-    determinant = S[0, 0] * out[0, 0] + S[0, 1] * out[1, 0] + S[0, 2] * out[2, 0]
-    for a in range(3):
-        for c in range(3):
-            out[a, c] /= determinant

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grouser.estimators.visual.motion import CAUCHY, GATE, gauss_newton
+from grouser.estimators.visual.gauss_newton import CAUCHY, GATE, gauss_newton
 from grouser.estimators.visual.prior import MotionPrior
 from grouser.geometry import Array
+from grouser.kernels import kernel
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +21,7 @@ class Refinement:
     """A refined motion and what supports it."""
 
     motion: Array
-    """(6,) as in `grouser.estimators.visual.motion`."""
+    """(6,) as in `visual.motion`."""
     covariance: Array
     """(6, 6) of independent pixel noise, as large as the residuals show it to be"""
     by_disparity: Array
@@ -42,7 +43,7 @@ def refine(
     noise: Array,
     T_base_camera: Array,
     camera: Array,
-    iterations: int = 8,
+    iterations: int = 20,
 ) -> Refinement:
     """The motion that best explains matched points.
 
@@ -54,50 +55,21 @@ def refine(
         noise: (n, 6) variances of u, v, d in the reference and in the current frame [px^2].
         T_base_camera: (4, 4) mount; camera: (5,) from `intrinsics`.
     """
-    motion, covariance, by_disparity, errors, scale, steps = gauss_newton(
+    information = 1.0 / prior.sigma**2
+    motion, points, by_disparity, errors, scale, steps = gauss_newton(
         np.ascontiguousarray(reference),
         np.ascontiguousarray(current),
         start,
-        np.flatnonzero(supporters),
+        supporters,
         prior.mean,
-        1.0 / prior.sigma**2,
+        information,
         noise,
         T_base_camera,
         camera,
         iterations,
     )
-    inliers = errors < GATE * scale
-    information = np.diag(1.0 / prior.sigma**2)
-    fitted = 6 - float(np.trace(covariance @ information))
-    ratio = _noise_ratio(errors[inliers], scale, fitted)
-    covariance = _sandwich(covariance, information, max(ratio, _LEAST_NOISE))
+    covariance, inliers, ratio = _stated(points, information, errors, GATE * scale, CAUCHY * scale)
     return Refinement(motion, covariance, by_disparity, inliers, ratio, steps)
-
-
-def _noise_ratio(errors: Array, scale: float, fitted: float) -> float:
-    """Weighted mean of the inliers' squared errors (n,), over the expected one.
-
-    fitted: how many numbers the points determined, which their residuals are smaller by.
-    """
-    freedom = 3 * len(errors) - fitted
-    if freedom <= 0:
-        return float(np.inf)
-    weights = 1.0 / (1.0 + errors / (CAUCHY * scale))
-    mean = weights @ errors / weights.sum()
-    return float(mean / _EXPECTED_ERROR * 3 * len(errors) / freedom)
-
-
-def _sandwich(inverse: Array, prior: Array, noise_ratio: float) -> Array:
-    """Covariance (6, 6) of the weighted estimate, from the inverse of its normal equations.
-
-    prior: (6, 6) its information.
-
-    The points' part of these is weighted by the errors themselves, and as noisy as they turned out
-    to be; the prior's is not, and what only the prior holds must keep the prior's variance.
-    """
-    points = np.linalg.inv(inverse) - prior
-    bread = np.linalg.inv(prior + _CURVATURE * points)
-    return np.asarray(bread @ (prior + noise_ratio * _SPREAD * points) @ bread)
 
 
 def _expectations() -> tuple[float, float, float]:
@@ -122,3 +94,36 @@ def _expectations() -> tuple[float, float, float]:
 _LEAST_NOISE = 0.25
 
 _EXPECTED_ERROR, _CURVATURE, _SPREAD = _expectations()
+
+
+@kernel
+def _stated(
+    points: Array, prior: Array, errors: Array, gate: float, cauchy: float
+) -> tuple[Array, NDArray[np.bool_], float]:
+    """Covariance (6, 6) of the weighted estimate, its inliers (n,), and their noise ratio.
+
+    points: (6, 6) information of the weighted points; prior: (6,) that of the prior; gate, cauchy:
+    squared errors at which a point is no inlier, and at which its weight has halved.
+
+    The points' part is weighted by the errors themselves, and as noisy as they turned out to be;
+    the prior's is not, and what only the prior holds must keep the prior's variance.
+    """
+    inverse = np.linalg.inv(points + np.diag(prior))
+    inliers = errors < gate
+    # How many numbers the points determined, which their residuals are smaller by.
+    fitted = 6 - (np.diag(inverse) * prior).sum()
+    ratio = _noise_ratio(errors[inliers], cauchy, fitted)
+    bread = np.linalg.inv(_CURVATURE * points + np.diag(prior))
+    spread = max(ratio, _LEAST_NOISE) * _SPREAD * points + np.diag(prior)
+    return bread @ spread @ bread, inliers, ratio
+
+
+@kernel
+def _noise_ratio(errors: Array, cauchy: float, fitted: float) -> float:
+    """Weighted mean of the inliers' squared errors (n,), over the expected one."""
+    freedom = 3 * len(errors) - fitted
+    if freedom <= 0:
+        return np.inf
+    weights = 1.0 / (1.0 + errors / cauchy)
+    mean = (weights * errors).sum() / weights.sum()
+    return float(mean / _EXPECTED_ERROR * 3 * len(errors) / freedom)
