@@ -1,13 +1,15 @@
 """Visual odometry in a Kalman filter: paper 1's Fig. 3, on keyframes (SPEC 1.5)."""
 
+from dataclasses import replace
 from functools import partial
 from numbers import Integral
-from typing import ClassVar
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
 from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator
 from grouser.estimators.track_motion import SideSlip, TrackNoise
+from grouser.estimators.visual.base import Frontend
 from grouser.estimators.visual.engine import KeyframeOdometry
 from grouser.estimators.visual.frontend import FrontendOptions
 from grouser.estimators.visual.fusion import RelativeFilter
@@ -24,7 +26,9 @@ from grouser.estimators.visual.prior import ChassisPrior
 from grouser.estimators.visual.sight import FEWEST_MATCHES, KeyframeSight
 from grouser.estimators.visual.solvers import make_solver
 from grouser.kernels import announce
-from grouser.rig import Rig
+from grouser.rig import Rig, TrackGeometry
+
+REFINEMENTS = ("spatial", "planar")
 
 
 class VisualOdometry(PoseEstimator):
@@ -42,6 +46,10 @@ class VisualOdometry(PoseEstimator):
         rig: Rig,
         *,
         solver: str = "one-point",
+        refinement: Literal["spatial", "planar"] = "spatial",
+        frame_to_frame: bool = False,
+        use_tracks: bool = True,
+        frontend: Frontend[Any, Any] | None = None,
         max_points: int = 64,
         corners: int = 900,
         place_noise_px: float = 0.08,
@@ -60,6 +68,12 @@ class VisualOdometry(PoseEstimator):
         Args:
             rig: the calibration; `stereo` is needed, `tracks` used where there are any.
             solver: the minimal solver: "one-point" or "five-point".
+            refinement: "spatial", in six degrees of freedom with priors of a chassis, or "planar":
+                turn, chord and side, for a robot that neither climbs nor tilts.
+            frame_to_frame: compare each frame with the one before it, as the paper does, instead of
+                with a keyframe; the errors of frames add up faster.
+            use_tracks: fuse the tracks where there are any; otherwise they are not even read.
+            frontend: another source of features than the images.
             max_points: matched points that the estimation uses.
             corners: corners sought in each image.
             place_noise_px: sigma of an aligned point, px.
@@ -95,19 +109,22 @@ class VisualOdometry(PoseEstimator):
             raise ValueError("visual odometry needs rig.stereo, and this rig has None")
         camera = rig.stereo
         minimal_solver = make_solver(solver, camera)
+        _require_one_of(REFINEMENTS, refinement=refinement)
         announce()
-        frontend = ImageFrontend(
+        frontend = frontend or ImageFrontend(
             camera,
             options=FrontendOptions(corners=corners),
             matching=MatchingOptions(max_points=max_points),
             noise=PixelNoise(place=place_noise_px, disparity=disparity_noise_px),
         )
+        rule = KeyframeRule(distance=keyframe_distance, turn=keyframe_turn, points=max_points)
         self._engine = KeyframeOdometry(
             frontend,
-            KeyframeSight(camera, frontend, minimal_solver),
+            KeyframeSight(camera, frontend, minimal_solver, planar=refinement == "planar"),
             make_predictor=partial(
                 _make_predictor,
-                rig=rig,
+                tracks=rig.tracks if use_tracks else None,
+                dt=rig.dt,
                 noise=TrackNoise(scale=track_noise),
                 turn_noise=turn_noise,
                 scales=TrackScales(track=track_scale_sigma, turn=turn_scale_sigma),
@@ -118,7 +135,7 @@ class VisualOdometry(PoseEstimator):
             ),
             prior=ChassisPrior(tilt_floor=roll_pitch_prior, side_per_chord=side_slip_prior),
             mount_sigma=camera.mount_sigma,
-            rule=KeyframeRule(distance=keyframe_distance, turn=keyframe_turn, points=max_points),
+            rule=replace(rule, frames=1) if frame_to_frame else rule,
             lost_after=lost_after,
         )
 
@@ -137,12 +154,18 @@ class VisualOdometry(PoseEstimator):
 
 
 def _make_predictor(
-    observation: Observation, *, rig: Rig, noise: TrackNoise, turn_noise: float, scales: TrackScales
+    observation: Observation,
+    *,
+    tracks: TrackGeometry | None,
+    dt: float,
+    noise: TrackNoise,
+    turn_noise: float,
+    scales: TrackScales,
 ) -> MotionPredictor:
-    """The tracks, where there are any."""
-    if rig.tracks is not None and "tracks" in observation:
-        return TrackPredictor(rig.tracks, noise, SideSlip(), turn_noise, scales)
-    return VelocityPredictor(_FASTEST * rig.dt)
+    """By the tracks, where there are any."""
+    if tracks is not None and "tracks" in observation:
+        return TrackPredictor(tracks, noise, SideSlip(), turn_noise, scales)
+    return VelocityPredictor(_FASTEST * dt)
 
 
 _FASTEST = np.array([15.0, 1.0, 1.0])  # m/s, m/s, rad/s: one sigma of an unknown velocity
@@ -160,3 +183,9 @@ def _require_positive(**values: float) -> None:
     for name, value in values.items():
         if not (np.isfinite(value) and value > 0):
             raise ValueError(f"{name} must be positive and finite, got {value!r}")
+
+
+def _require_one_of(known: tuple[str, ...], **options: str) -> None:
+    for name, value in options.items():
+        if value not in known:
+            raise ValueError(f"{name} must be one of {', '.join(map(repr, known))}, got {value!r}")

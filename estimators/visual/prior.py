@@ -30,6 +30,12 @@ class MotionPrior:
         """Expected displacement across the half-angle frame, m."""
         return float(self.mean[2])
 
+    def on_the_plane(self) -> "MotionPrior":
+        """The same, sure that there is no height, roll and pitch."""
+        flat = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+        sigma = np.where(flat > 0, self.sigma, _FLAT)
+        return MotionPrior(self.mean * flat, sigma)
+
     @property
     def tolerance(self) -> ChassisTolerance:
         """What one-point hypotheses must tolerate."""
@@ -78,3 +84,4 @@ class ChassisPrior:
 
 
 _VAGUE_TURN, _VAGUE_CHORD = 1.0, 10.0
+_FLAT = 1e-6  # m and rad: far below what pixels show, and still finite

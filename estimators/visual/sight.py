@@ -70,12 +70,19 @@ class KeyframeSight(Generic[FrameT, KeyframeT]):
     """Sees the motion from one stereo frame to another; has no memory."""
 
     def __init__(
-        self, camera: StereoCamera, frontend: Frontend[FrameT, KeyframeT], solver: MotionSolver
+        self,
+        camera: StereoCamera,
+        frontend: Frontend[FrameT, KeyframeT],
+        solver: MotionSolver,
+        *,
+        planar: bool = False,
     ) -> None:
+        """planar: refine turn, chord and side alone, for a robot that neither climbs nor tilts."""
         self._camera = camera
         self._intrinsics = intrinsics(camera)
         self._frontend = frontend
         self._solver = solver
+        self._planar = planar
 
     def look(
         self,
@@ -160,7 +167,7 @@ class KeyframeSight(Generic[FrameT, KeyframeT]):
             matches.current,
             start=hypothesis.motion,
             supporters=hypothesis.inliers,
-            prior=prior,
+            prior=prior.on_the_plane() if self._planar else prior,
             noise=matches.noise,
             T_base_camera=self._camera.T_base_camera,
             camera=self._intrinsics,

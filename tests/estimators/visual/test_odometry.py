@@ -73,6 +73,40 @@ def test_a_rig_without_tracks_ignores_them() -> None:
         np.testing.assert_array_equal(one.pose, other.pose)
 
 
+def test_tracks_that_shall_not_be_used_are_not_even_read() -> None:
+    room = drive(8)
+    broken = [{**o, "tracks": np.full(2, np.nan)} for o in room.observations]
+    unseen = run(room.observations, tracks=False)
+    for one, other in zip(run(broken, use_tracks=False), unseen, strict=True):
+        np.testing.assert_array_equal(one.pose, other.pose)
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_frame_to_frame_compares_neighbours(solver: str) -> None:
+    room = drive()
+    estimates = run(room.observations, frame_to_frame=True, solver=solver)
+    assert {e.diagnostics["keyframe_age"] for e in estimates[1:]} == {1.0}
+    error = errors(estimates, room)
+    assert np.abs(error[:, :2]).max() < 0.02 and np.abs(error[:, 2]).max() < np.radians(0.4)
+
+
+def test_frame_to_frame_bridges_a_dark_frame_from_the_last_one_seen() -> None:
+    room = drive(14, range(8, 10))
+    ages = [e.diagnostics["keyframe_age"] for e in run(room.observations, frame_to_frame=True)[1:]]
+    assert ages[6:12] == [1.0, 1.0, 2.0, 3.0, 1.0, 1.0]
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_a_planar_refinement_stays_on_the_plane(solver: str) -> None:
+    room = drive()
+    estimates = run(room.observations, refinement="planar", solver=solver)
+    for estimate in estimates:
+        assert estimate.pose_3d is not None
+        assert np.abs(estimate.pose_3d[2, [0, 1, 3]]).max() < 1e-4
+    error = errors(estimates, room)
+    assert np.abs(error[:, :2]).max() < 0.012 and np.abs(error[:, 2]).max() < np.radians(0.2)
+
+
 def test_at_rest_the_pose_stays_within_a_millimetre() -> None:
     """Other noise in every image, and no motion."""
     rng, first = np.random.default_rng(1), drive(2).observations[0]
@@ -186,6 +220,10 @@ def test_the_registered_names_choose_the_solver() -> None:
         (
             lambda: VisualOdometry(Rig(dt=0.1)),
             r"visual odometry needs rig\.stereo, and this rig has None",
+        ),
+        (
+            lambda: VisualOdometry(RIG, refinement="flat"),  # type: ignore[arg-type]
+            "refinement must be one of 'spatial', 'planar', got 'flat'",
         ),
         (
             lambda: VisualOdometry(RIG, max_points=5),
