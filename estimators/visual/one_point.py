@@ -10,10 +10,12 @@ from grouser.estimators.visual.planar import PlanarSolver
 from grouser.estimators.visual.prior import MotionPrior
 from grouser.estimators.visual.solver import Hypothesis, MotionSolver
 from grouser.geometry import Array
+from grouser.kernels import kernel
 from grouser.rig import StereoCamera
 
 INLIER_SIGMAS = 3.0
 _ALL = 64  # up to so many points, every one of them is tried: that costs less than choosing
+_TINY = 1e-300
 _OUTLIERS = 0.9  # the ratio that the number of sampled hypotheses is safe against
 
 
@@ -54,23 +56,58 @@ def consensus(
     Each candidate is scored by its truncated squared errors. Candidates are sampled by their
     precision; None where no value has a finite sigma.
     """
-    usable = np.isfinite(values) & np.isfinite(sigmas)
+    weights = _precisions(values, sigmas)
+    usable = weights > 0
     if not usable.any():
         return None, usable, 0
-    weights = np.where(usable, 1 / np.where(usable, sigmas, 1.0) ** 2, 0.0)
-    values = np.where(usable, values, 0.0)
     candidates = _candidates(weights, rng)
-    errors = (values[None, :] - values[candidates, None]) ** 2 * weights
-    errors[:, ~usable] = INLIER_SIGMAS**2
-    # A candidate's own error would blur a vote of very sure points; the mean below mends it.
-    best = values[candidates[np.argmin(np.minimum(errors, INLIER_SIGMAS**2).sum(axis=1))]]
-    own = 1 / weights[candidates].max()
-    for _ in range(2):
-        agree = usable & (
-            (values - best) ** 2 < INLIER_SIGMAS**2 * (1 / np.maximum(weights, 1e-300) + own)
-        )
-        best = float(weights[agree] @ values[agree] / weights[agree].sum())
+    best, agree = _vote(values, weights, candidates)
     return best, agree, len(candidates)
+
+
+@kernel
+def _precisions(values: Array, sigmas: Array) -> Array:
+    """1 / sigma^2 (n,); zero where there is no value."""
+    weights = np.zeros(len(values))
+    for i in range(len(values)):
+        if np.isfinite(values[i]) and np.isfinite(sigmas[i]):
+            weights[i] = 1 / sigmas[i] ** 2
+    return weights
+
+
+@kernel
+def _vote(
+    values: Array, weights: Array, candidates: NDArray[np.int64]
+) -> tuple[float, NDArray[np.bool_]]:
+    """The weighted mean of those who agree with the best candidate, and who does."""
+    least, best, own = np.inf, 0.0, 0.0
+    for candidate in candidates:
+        # A candidate's own error would blur a vote of very sure points; the mean below mends it.
+        score = 0.0
+        for i in range(len(values)):
+            score += _truncated(values[i] - values[candidate], weights[i])
+        if score < least:
+            least, best = score, values[candidate]
+        own = max(own, weights[candidate])
+    agree = np.zeros(len(values), np.bool_)
+    for _ in range(2):
+        total = sum_of_weights = 0.0
+        for i in range(len(values)):
+            near = INLIER_SIGMAS**2 * (1 / max(weights[i], _TINY) + 1 / own)
+            agree[i] = weights[i] > 0 and (values[i] - best) ** 2 < near
+            if agree[i]:
+                total += weights[i] * values[i]
+                sum_of_weights += weights[i]
+        best = total / sum_of_weights
+    return best, agree
+
+
+@kernel
+def _truncated(error: float, weight: float) -> float:
+    """Squared error in sigmas, up to that of an inlier; who has no value disagrees with all."""
+    if weight == 0.0:
+        return INLIER_SIGMAS**2
+    return min(error * error * weight, INLIER_SIGMAS**2)
 
 
 def _candidates(weights: Array, rng: np.random.Generator) -> NDArray[np.int64]:

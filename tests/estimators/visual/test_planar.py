@@ -8,7 +8,7 @@ import pytest
 
 from grouser.estimators.visual.planar import ChassisTolerance, PlanarSolver
 from grouser.geometry import Array
-from grouser.rig import StereoCamera, camera_mount
+from grouser.rig import R_BASE_OPTICAL, StereoCamera, camera_mount
 from tests.estimators.visual.clouds import (
     MOTIONS,
     MOUNTS,
@@ -191,3 +191,53 @@ def replace_part(motion: Array, name: str, value: float) -> Array:
     changed = motion.copy()
     changed[["height", "roll", "pitch"].index(name) + 3] = value
     return changed
+
+
+def printed_turns(
+    reference: Array, current: Array, camera: StereoCamera, noise: Array, slack: ChassisTolerance
+) -> tuple[Array, Array]:
+    """SPEC 1.2's turns and, by differences of them, their sigmas (1.4)."""
+    level = R_BASE_OPTICAL.T @ camera.T_base_camera[:3, :3]
+    lever, baseline = camera.T_base_camera[0, 3] / camera.baseline, camera.baseline
+
+    def rays(w: Array) -> Array:
+        V = (w[:, 1] - camera.cy) * camera.fx / camera.fy
+        return np.stack([w[:, 0] - camera.cx, V, np.full(len(w), camera.fx)], axis=-1) @ level.T
+
+    q0, q0_ = rays(reference), rays(current)
+    k1, k2 = (q0[:, 1] + q0_[:, 1]) / 2, (reference[:, 2] + current[:, 2]) / 4
+
+    def solve(w: Array, w_: Array, tilt: Array, height: float) -> Array:
+        q, q_, d, d_ = rays(w), rays(w_), w[:, 2], w_[:, 2]
+        q_ = q_ + np.cross(tilt, q_) + np.outer(d_, [0.0, height / baseline, 0.0])
+        m, m_ = k1 * q[:, 1] + k2 * d, k1 * q_[:, 1] + k2 * d_
+        bottom = q_[:, 2] * m + q[:, 2] * m_ + lever * (m * d_ + m_ * d)
+        return np.asarray(2 * np.arctan((q_[:, 0] * m - q[:, 0] * m_) / bottom))
+
+    still, variance, step = np.zeros(3), np.zeros(len(reference)), 1e-5
+    for k in range(3):
+        by = step * np.eye(3)[k]
+        before = solve(reference + by, current, still, 0) - solve(reference - by, current, still, 0)
+        now = solve(reference, current + by, still, 0) - solve(reference, current - by, still, 0)
+        variance += (before / (2 * step)) ** 2 * noise[:, k]
+        variance += (now / (2 * step)) ** 2 * noise[:, 3 + k]
+    for axis, sigma in ((0, slack.pitch), (2, slack.roll)):
+        tilt = step * np.eye(3)[axis]
+        change = solve(reference, current, tilt, 0) - solve(reference, current, -tilt, 0)
+        variance += (change / (2 * step) * sigma) ** 2
+    change = solve(reference, current, still, step) - solve(reference, current, still, -step)
+    variance += (change / (2 * step) * slack.height) ** 2
+    return solve(reference, current, still, 0), np.sqrt(variance)
+
+
+@pytest.mark.parametrize("mount", MOUNTS.values(), ids=MOUNTS.keys())
+def test_the_kernel_does_what_is_printed(mount: Array) -> None:
+    camera, rng = stereo(mount, fy=250.0), np.random.default_rng(8)
+    matches = matched(rng, camera, six(0.05, 0.1), n=30, noise=np.full(6, 0.1))
+    noise = rng.uniform(0.01, 0.2, (30, 6))
+    slack = ChassisTolerance(roll=0.002, pitch=0.004, height=0.006)
+    solver = PlanarSolver(camera)
+    turns, sigmas = solver.turns(solver.level(matches.reference, matches.current), noise, slack)
+    expected, spread = printed_turns(matches.reference, matches.current, camera, noise, slack)
+    np.testing.assert_allclose(turns, expected, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(sigmas, spread, rtol=1e-5)
