@@ -17,6 +17,7 @@ from rich.table import Table
 from grouser.scripts import (
     benchmark_environment,
     benchmark_images,
+    benchmark_line_slam,
     benchmark_odometry,
     benchmark_vector,
 )
@@ -27,6 +28,7 @@ _MEASUREMENTS = (
     *benchmark_environment.MEASUREMENTS,
     *benchmark_images.MEASUREMENTS,
     *benchmark_vector.MEASUREMENTS,
+    *benchmark_line_slam.MEASUREMENTS,
 )
 
 
@@ -44,7 +46,7 @@ class Benchmark:
     """
 
     only: Annotated[str | None, tyro.conf.arg(metavar="NAME")] = None
-    """One figure, or those of one part: odometry, environment or images. All when left out."""
+    """One figure, or those of one part, such as odometry or environment. All when left out."""
     output: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """JSON file for the figures: name to value and unit."""
 
@@ -62,7 +64,9 @@ class Benchmark:
 
     def _problem(self) -> str | None:
         if not _wanted(self.only):
-            known = ", ".join(["odometry", "environment", "images", *_wanted(None)])
+            names = _wanted(None)
+            parts = dict.fromkeys(name.partition(".")[0] for name in names)
+            known = ", ".join([*parts, *names])
             return f"there is no figure {self.only!r}; there are: {known}"
         if self.output is not None and not self.output.absolute().parent.is_dir():
             return f"--output: there is no folder {self.output.absolute().parent}; make it first"

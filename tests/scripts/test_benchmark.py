@@ -14,6 +14,7 @@ from grouser.scripts.benchmark import Benchmark, measure
         ("odometry", {"odometry.pair_320x240_ms", "odometry.estimation_ms"}),
         ("environment.raster_over_naive", {"environment.raster_over_naive"}),
         ("environment.lidar_boxes_us", {"environment.lidar_boxes_us"}),
+        ("line_slam", {"line_slam.bisection_over_points", "line_slam.closed_1e5_ms"}),
     ],
 )
 def test_figures_go_to_json(name: str, figures: set[str], tmp_path: Path) -> None:
@@ -31,7 +32,7 @@ def test_figures_go_to_json(name: str, figures: set[str], tmp_path: Path) -> Non
     [
         (
             Benchmark(only="odometer"),
-            "there is no figure 'odometer'; there are: odometry, environment, images, odom",
+            "there is no figure 'odometer'; there are: odometry, environment, images, ",
         ),
         (Benchmark(output=Path("/nowhere/figures.json")), "there is no folder /nowhere; make it"),
     ],
