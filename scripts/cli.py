@@ -9,6 +9,7 @@ import tyro
 
 from grouser import __version__
 from grouser.scripts.compare import Compare
+from grouser.scripts.reproduce import Reproduce
 from grouser.scripts.skid_steer import SkidSteer
 from grouser.scripts.usage import UsageError
 from grouser.scripts.worlds import Worlds
@@ -23,6 +24,7 @@ COMMANDS: dict[str, Callable[..., _Command]] = {
     "compare": Compare,
     "worlds": Worlds,
     "skid-steer": SkidSteer,
+    "reproduce": Reproduce,
 }
 """Subcommands by name."""
 

@@ -1,6 +1,5 @@
 """Does memory grow? `python scripts/soak.py`: many steps and resets, and what they left behind."""
 
-import resource
 import sys
 from dataclasses import dataclass
 from typing import Annotated, Literal
@@ -11,10 +10,10 @@ from rich.console import Console
 from rich.progress import track
 
 from grouser.envs.tracked_robot import TrackedRobotEnv
+from grouser.scripts.memory import peak_megabytes
 from grouser.scripts.usage import UsageError, usage_errors
 
 _WARM_UP_EPISODES = 5
-_BYTES_OF_MAXRSS = 1 if sys.platform == "darwin" else 1024
 
 
 @dataclass(frozen=True)
@@ -65,17 +64,13 @@ class Soak:
             range(self.resets), "driving", console=errors, disable=not errors.is_terminal
         ):
             if episode == min(_WARM_UP_EPISODES, self.resets - 1):
-                before = _peak_megabytes()
+                before = peak_megabytes()
             env.reset(seed=episode)
             for _ in range(length + (episode < more)):
                 env.step(actions[step])
                 step += 1
         env.close()
-        return _peak_megabytes() - before
-
-
-def _peak_megabytes() -> float:
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * _BYTES_OF_MAXRSS / 1e6
+        return peak_megabytes() - before
 
 
 def main() -> int:

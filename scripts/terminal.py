@@ -34,9 +34,9 @@ class Bar:
         """From here on this is being done."""
         self._progress.update(self._task, description=words)
 
-    def advance(self) -> None:
-        """One more of the total is done."""
-        self._progress.advance(self._task)
+    def advance(self, parts: int = 1) -> None:
+        """So many more of the total are done."""
+        self._progress.advance(self._task, parts)
 
 
 @contextmanager

@@ -20,16 +20,14 @@ _LINEAR_M, _LINEAR_DEG = 1e-3, 0.1
 _WIDTH = 8.0  # inches
 
 
-def require_matplotlib() -> None:
-    """Say early that plots cannot be drawn.
+def require_matplotlib(*, otherwise: str = ", or give --no-plots") -> None:
+    """Say early that plots cannot be drawn, and what to do otherwise.
 
     Raises:
         ImportError: matplotlib is not installed.
     """
     if find_spec("matplotlib") is None:
-        raise ImportError(
-            'plots need matplotlib: run pip install "grouser[plot]", or give --no-plots'
-        )
+        raise ImportError(f'plots need matplotlib: run pip install "grouser[plot]"{otherwise}')
 
 
 def plot_results(folder: ResultsFolder) -> list[Path]:

@@ -7,22 +7,22 @@ trajectories/truth/NAME_seedS.tum         the truth, where there is one
 trajectories/with_covariance/NAME_seedS.tum   the planar estimate, covariance in columns 9 to 14
 """
 
-import json
 import math
-import os
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from grouser.estimators.evaluation.comparison import Run
+from grouser.estimators.evaluation.folder import (
+    Settings,
+    read_json,
+    require_settings,
+    require_writable,
+    write_json,
+    write_settings,
+)
 from grouser.estimators.evaluation.summary import Summary, covariances, planar, spatial
 from grouser.geometry import lift
 from grouser.trajectory import Trajectory, read_tum, write_tum
-
-Settings = Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,18 +47,17 @@ class ResultsFolder:
                 is not set, or it holds those of other settings, or its files are damaged.
         """
         self.path = Path(path)
-        # Through JSON and back, to compare with what was read: a tuple becomes a list.
-        self._settings: dict[str, Any] = json.loads(json.dumps(settings))
+        self._settings = settings
         self.summaries: list[Summary] = []
-        self._check_place()
+        require_writable(self.path)
         if self._results.exists():
             if not resume:
                 raise ValueError(
                     f"{self.path} already holds results; give --resume to complete them, "
                     "or another --output"
                 )
-            self._check_settings()
-            self.summaries = _read_json(self._results, list)
+            require_settings(self.path, self._settings)
+            self.summaries = read_json(self._results, list)
             self._check_trajectories()
 
     def has(self, estimator: str, seed: int) -> bool:
@@ -74,8 +73,8 @@ class ResultsFolder:
         _check_figures(summary)
         self._write_trajectories(run)
         self.summaries.append(summary)
-        _write_json(self.path / "settings.json", self._settings)
-        _write_json(self._results, self.summaries)
+        write_settings(self.path, self._settings)
+        write_json(self._results, self.summaries)
 
     def trajectories(self) -> list[RunTrajectories]:
         """The trajectories of all runs, read back."""
@@ -84,32 +83,6 @@ class ResultsFolder:
     @property
     def _results(self) -> Path:
         return self.path / "results.json"
-
-    def _check_place(self) -> None:
-        """Find out before the work, not after it, that its results cannot be written."""
-        there = next(
-            place for place in (self.path, *self.path.absolute().parents) if place.exists()
-        )
-        if not (there.is_dir() and os.access(there, os.W_OK)):
-            raise ValueError(
-                f"results cannot be written to {self.path}: {there} is not a folder that you may "
-                "write to; choose another --output"
-            )
-
-    def _check_settings(self) -> None:
-        kept = _read_json(self.path / "settings.json", dict)
-        if kept == self._settings:
-            return
-        keys = sorted({*kept, *self._settings})
-        differing = [
-            f"{key} {kept.get(key)!r} (now {self._settings.get(key)!r})"
-            for key in keys
-            if kept.get(key) != self._settings.get(key)
-        ]
-        raise ValueError(
-            f"{self.path} was begun with other settings: {'; '.join(differing)}; "
-            "runs of different settings are not mixed: choose another --output"
-        )
 
     def _check_trajectories(self) -> None:
         """Find out before the work that what is there cannot be reported after it."""
@@ -157,26 +130,3 @@ def _check_figures(summary: Summary) -> None:
 
 def _file_name(estimator: str, seed: int) -> str:
     return f"{estimator.replace('/', '-')}_seed{seed}.tum"
-
-
-def _read_json(path: Path, kind: type) -> Any:
-    try:
-        value = json.loads(path.read_text())
-    except (OSError, ValueError) as error:
-        raise ValueError(f"{path} cannot be resumed from: {error}") from error
-    if not isinstance(value, kind):
-        raise ValueError(f"{path} cannot be resumed from: it holds no JSON {kind.__name__}")
-    return value
-
-
-def _write_json(path: Path, value: Any) -> None:
-    """Write all or nothing: a reader, or a crash, never sees half of a file."""
-    partial = path.with_suffix(".partial")
-    partial.write_text(json.dumps(value, indent=2, allow_nan=False, default=_number) + "\n")
-    os.replace(partial, path)
-
-
-def _number(value: Any) -> Any:
-    if isinstance(value, np.generic):
-        return value.item()
-    raise TypeError(f"{value!r} cannot be written as JSON")

@@ -1,0 +1,58 @@
+"""Which estimators take part: the paper's method in two forms, and every registered rival."""
+
+from collections.abc import Sequence
+
+from grouser.envs.sensors.suite import SENSORS
+from grouser.estimators import registry
+
+RECOMMENDED = "one-point-ransac"
+"""The paper's method as SPEC 1.5 recommends it: keyframes, tracks, scale states."""
+PAPER_FORM = "one-point-paper"
+"""The paper's method as the paper has it."""
+
+_NOT_OF_THIS_PAPER = frozenset({"lidar"})
+"""Sensors of other methods: the paper's robot has a pair of eyes and tracks."""
+
+
+def contenders(asked: Sequence[str] = ()) -> tuple[str, ...]:
+    """The names that take part, the paper's method first: those asked for, or all that there are.
+
+    Raises:
+        ValueError: an unknown name, or one that needs what the simulated robot does not have.
+    """
+    if not asked:
+        rivals = [name for name in registry.names() if name != registry.GROUND_TRUTH]
+        return _ordered([name for name in rivals if _is_rival(name)])
+    for name in asked:
+        lacking = sorted(registry.estimator_class(name).requires - _given())
+        if lacking:
+            raise ValueError(
+                f"estimator {name!r} needs {', '.join(lacking)}, which the robot of this paper "
+                f"does not give; leave it out of --estimators"
+            )
+    return _ordered(list(dict.fromkeys(asked)))
+
+
+def forms(names: Sequence[str]) -> tuple[str, ...]:
+    """Those of the names that are the paper's method."""
+    return tuple(name for name in (RECOMMENDED, PAPER_FORM) if name in names)
+
+
+def sensors_for(names: Sequence[str]) -> tuple[str, ...]:
+    """The sensors that these estimators read."""
+    classes = [registry.estimator_class(name) for name in names]
+    wanted = frozenset[str]().union(*(c.requires | c.optional for c in classes))
+    return tuple(sorted(wanted & (_given() - {"stamp"})))
+
+
+def _ordered(names: list[str]) -> tuple[str, ...]:
+    first = forms(names)
+    return first + tuple(name for name in names if name not in first)
+
+
+def _is_rival(name: str) -> bool:
+    return registry.estimator_class(name).requires <= _given()
+
+
+def _given() -> frozenset[str]:
+    return (frozenset(SENSORS) - _NOT_OF_THIS_PAPER) | {"stamp"}
