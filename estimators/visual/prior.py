@@ -25,6 +25,10 @@ class MotionPrior:
     sigma: Array
     """(6,); vague for turn and chord, which vision alone shall tell"""
 
+    def widened(self, sigma: Array) -> "MotionPrior":
+        """The same, less sure by sigmas (6,)."""
+        return MotionPrior(self.mean, np.hypot(self.sigma, sigma))
+
     @property
     def side(self) -> float:
         """Expected displacement across the half-angle frame, m."""

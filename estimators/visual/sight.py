@@ -20,6 +20,8 @@ FEWEST_MATCHES = 12
 FEWEST_AGREEING = 6
 FEWEST_REFINED = 10
 _WIDE_SEARCH = 20.0  # px in an image 320 px wide: beyond it the first match is only a first guess
+# One sigma of (turn, chord, side, height, roll, pitch) where the prediction has failed.
+_ASTRAY = np.array([0.05, 0.05, 0.02, 0.03, 0.03, 0.05])
 _UNUSABLE_TURN = 0.05  # rad of sigma: the points do not hold the motion
 
 
@@ -92,7 +94,8 @@ class KeyframeSight(Generic[FrameT, KeyframeT]):
         prior: MotionPrior,
         rng: np.random.Generator,
     ) -> Sight:
-        """The motion from keyframe to frame; a wide search is followed by a second, narrow one.
+        """The motion from keyframe to frame. Where nothing is found, a wide search follows, and on
+        a wide search a second, narrow one.
 
         Args:
             expected: where to search.
@@ -100,6 +103,11 @@ class KeyframeSight(Generic[FrameT, KeyframeT]):
         """
         mean, covariance, width = self._search_prior(keyframe, expected, prior)
         sight = self._try(keyframe, frame, mean, covariance, prior, rng)
+        if sight.motion is None:
+            # Tracks that slip lead the search astray, and a kerb tilts the robot as no ground does.
+            width, prior = np.inf, prior.widened(_ASTRAY)
+            astray = covariance + np.diag(_ASTRAY**2)
+            sight = self._try(keyframe, frame, mean, astray, prior, rng)
         if width > _WIDE_SEARCH and sight.motion is not None:
             again = self._try(keyframe, frame, sight.motion, sight.covariance, prior, rng)
             sight = again if again.motion is not None else sight

@@ -69,11 +69,12 @@ def test_the_motion_is_seen_to_millimetres(
     assert sight.diagnostics["inliers"] > 40
 
 
-def test_a_wide_search_finds_the_motion_that_a_narrow_one_misses() -> None:
-    wrong = truth(6) + [0.0, 0.0, 0.12]  # 31 px away
-    assert look(6, wrong, sigma=0.005).motion is None
-    found = look(6, wrong, sigma=0.1)
+@pytest.mark.parametrize("sigma", [0.005, 0.1])
+def test_what_a_narrow_search_misses_a_wide_one_finds(sigma: float) -> None:
+    """Tracks that slip are sure of what is wrong; nothing but the images says so."""
+    found = look(6, truth(6) + [0.0, 0.0, 0.12], sigma=sigma)  # 31 px away
     assert np.abs(found.planar().pose - truth(6)).max() < 0.006
+    assert found.diagnostics["inliers"] > 40
 
 
 @pytest.mark.parametrize("later", [3, 8])
@@ -92,10 +93,11 @@ def test_in_the_dark_there_is_no_motion_and_nothing_to_tell() -> None:
         blind.planar()
 
 
-def test_another_scene_is_no_motion() -> None:
+@pytest.mark.parametrize("sigma", [0.005, 0.1])
+def test_another_scene_is_no_motion(sigma: float) -> None:
     size = (CAMERA.height, CAMERA.width, 1)
     noise = np.random.default_rng(1).integers(0, 256, size, dtype=np.uint8)
-    assert look({"left": noise, "right": noise}, np.zeros(3), sigma=0.1).motion is None
+    assert look({"left": noise, "right": noise}, np.zeros(3), sigma=sigma).motion is None
 
 
 def test_pose_and_motion_are_one_with_their_derivative() -> None:
@@ -124,3 +126,10 @@ def test_the_planar_part_carries_covariance_and_offset_through() -> None:
     h = 1e-6
     ahead = Sight(motion + h * offset, root, offset, {}).planar().pose
     np.testing.assert_allclose(seen.by_disparity, (ahead - seen.pose) / h, atol=1e-6)
+
+
+def test_a_widened_prior_believes_the_same_less_surely() -> None:
+    prior = ChassisPrior().about(np.array([0.1, 0.2, 0.01]), 0.002, np.zeros(6))
+    wider = prior.widened(np.full(6, 0.03))
+    np.testing.assert_array_equal(wider.mean, prior.mean)
+    np.testing.assert_allclose(wider.sigma**2, prior.sigma**2 + 0.03**2)
