@@ -6,12 +6,15 @@ from grouser.estimators.wrapper import EstimatedPose
 
 register("ground-truth", "grouser.estimators.ground_truth:GroundTruth")
 register("dead-reckoning", "grouser.estimators.dead_reckoning:DeadReckoning")
-register(
-    "one-point-ransac", "grouser.estimators.visual.odometry:VisualOdometry", solver="one-point"
-)
-register(
-    "five-point-ransac", "grouser.estimators.visual.odometry:VisualOdometry", solver="five-point"
-)
+for _name, _solver in {
+    "one-point-ransac": "one-point",
+    "histogram-voting": "histogram",
+    "two-point-ransac": "two-point",
+    "three-point-ransac": "three-point",
+    "disparity-space": "disparity-space",
+    "five-point-ransac": "five-point",
+}.items():
+    register(_name, "grouser.estimators.visual.odometry:VisualOdometry", solver=_solver)
 
 __all__ = [
     "EstimatedPose",

@@ -3,10 +3,11 @@
 import cv2
 import numpy as np
 
+from grouser.estimators.visual.chassis import chassis_motions
 from grouser.estimators.visual.matching import Matches
 from grouser.estimators.visual.prior import MotionPrior
 from grouser.estimators.visual.solver import Hypothesis, MotionSolver
-from grouser.geometry import Array, inverse_transform, rotate, transform
+from grouser.geometry import Array
 from grouser.rig import StereoCamera
 
 _THRESHOLD = 1.0  # px
@@ -44,7 +45,9 @@ class FivePointRansac(MotionSolver):
         if inliers.sum() < _SAMPLE:
             return None
         length = self._scale(before, now, matches, R, direction[:, 0], inliers)
-        motion = self._chassis_motion(transform(R, length * direction[:, 0]))
+        if length is None:
+            return None
+        motion = chassis_motions(R, length * direction[:, 0], self._camera.T_base_camera)
         return Hypothesis(motion, inliers, _MOST_TRIALS)
 
     def _normalised(self, points: Array) -> Array:
@@ -72,10 +75,11 @@ class FivePointRansac(MotionSolver):
         R: Array,
         direction: Array,
         inliers: Array,
-    ) -> float:
+    ) -> float | None:
         """Length of the translation [m]: the median over points whose depth stereo knows.
 
-        With P = ray / i (i the inverse depth), P' = R P + length * direction is seen at `now`:
+        None where it knows none. With P = ray / i (i the inverse depth),
+        P' = R P + length * direction is seen at `now`:
         cross(now, R ray + i length direction) = 0 gives the length of each point by projection.
         """
         camera = self._camera
@@ -86,16 +90,8 @@ class FivePointRansac(MotionSolver):
         still = np.cross(seen, ray)
         length = -(still * moved).sum(axis=1) / np.maximum((moved**2).sum(axis=1), 1e-18)
         # A point tells of the length as well as the translation moves it in the image.
-        return weighted_median(length[inliers], np.linalg.norm(moved[inliers], axis=1))
-
-    def _chassis_motion(self, T_current_reference: Array) -> Array:
-        """(6,) motion of the chassis from that of the camera (see `visual.motion`)."""
-        mount = self._camera.T_base_camera
-        T = mount @ inverse_transform(T_current_reference) @ self._camera.T_camera_base
-        turn = np.arctan2(T[1, 0], T[0, 0])
-        pitch, roll = -np.arcsin(np.clip(T[2, 0], -1, 1)), np.arctan2(T[2, 1], T[2, 2])
-        chord, side = rotate(-turn / 2, T[:2, 3])
-        return np.array([turn, chord, side, T[2, 3], roll, pitch])
+        weights = np.linalg.norm(moved[inliers], axis=1)
+        return weighted_median(length[inliers], weights) if weights.any() else None
 
 
 def weighted_median(values: Array, weights: Array) -> float:

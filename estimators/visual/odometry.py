@@ -67,7 +67,7 @@ class VisualOdometry(PoseEstimator):
         """
         Args:
             rig: the calibration; `stereo` is needed, `tracks` used where there are any.
-            solver: the minimal solver: "one-point" or "five-point".
+            solver: the minimal solver by name, one of `visual.solvers.SOLVERS`.
             refinement: "spatial", in six degrees of freedom with priors of a chassis, or "planar":
                 turn, chord and side, for a robot that neither climbs nor tilts.
             frame_to_frame: compare each frame with the one before it, as the paper does, instead of
