@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grouser.estimators.visual.motion import GATE
+from grouser.estimators.visual.gauss_newton import GATE
 from grouser.geometry import Array
 
 CONFIDENCE = 0.99
