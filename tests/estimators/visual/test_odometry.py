@@ -215,7 +215,7 @@ def test_the_registered_names_choose_the_solver() -> None:
     [
         (
             lambda: VisualOdometry(RIG, solver="six-point"),
-            "no solver is named 'six-point'; known: five-point, one-point",
+            "no solver is named 'six-point'; known: disparity-space, five-point, ",
         ),
         (
             lambda: VisualOdometry(Rig(dt=0.1)),
