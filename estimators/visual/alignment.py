@@ -53,9 +53,7 @@ def align_rows(left: Image, right: Image, points: Array, limit: float) -> Array:
             continue
         if not _inside(right, u - d, v, ROW_RADIUS + 1.0):
             continue
-        for r in range(size):
-            for c in range(size):
-                patch[r, c] = _sample(left, u + c - ROW_RADIUS, v + r - ROW_RADIUS)
+        _cut_patch(left, u - ROW_RADIUS, v - ROW_RADIUS, patch)
         origin = int(u - d)
         _cut_strip(right, origin, v, strip, rise)
         plane[:] = 0.0
@@ -149,11 +147,12 @@ def align_plane(
     """
     n, size = points.shape[0], 2 * PLANE_RADIUS + 1
     out = np.full((n, 2), np.nan)
-    patch, gx, gy = np.empty((size, size)), np.empty((size, size)), np.empty((size, size))
+    patch, seen = np.empty((size + 2, size + 2)), np.empty((size, size))
+    gx, gy = np.empty((size, size)), np.empty((size, size))
     for i in range(n):
-        if not _warped_patch(reference, points[i, 0], points[i, 1], warps[i], patch, gx, gy):
+        if not _warped_patch(reference, points[i, 0], points[i, 1], warps[i], patch):
             continue
-        xx, yy, xy = (gx * gx).sum(), (gy * gy).sum(), (gx * gy).sum()
+        xx, xy, yy = _gradients(patch, gx, gy)
         determinant = xx * yy - xy * xy
         if determinant < 1e-3 * (xx + yy) ** 2:
             continue  # an edge: it may slide along itself
@@ -162,12 +161,8 @@ def align_plane(
             lost = abs(x - guesses[i, 0]) > limit or abs(y - guesses[i, 1]) > limit
             if lost or not _inside(current, x, y, PLANE_RADIUS + 1.0):
                 break
-            sum_x = sum_y = 0.0
-            for r in range(size):
-                for c in range(size):
-                    e = _sample(current, x + c - PLANE_RADIUS, y + r - PLANE_RADIUS) - patch[r, c]
-                    sum_x += gx[r, c] * e
-                    sum_y += gy[r, c] * e
+            _cut_patch(current, x - PLANE_RADIUS, y - PLANE_RADIUS, seen)
+            sum_x, sum_y = _mismatch(seen, patch, gx, gy)
             dx = (yy * sum_x - xy * sum_y) / determinant
             dy = (xx * sum_y - xy * sum_x) / determinant
             x -= dx
@@ -179,29 +174,77 @@ def align_plane(
 
 
 @kernel
-def _warped_patch(
-    image: Image, u: float, v: float, warp: Array, patch: Array, gx: Array, gy: Array
-) -> bool:
-    """The patch around u, v as it appears now, with its gradients less their means.
+def _cut_patch(image: Image, x: float, y: float, patch: Array) -> None:
+    """The piece of the image whose first pixel is at x, y, interpolated; all of it is inside."""
+    i, j = int(x), int(y)
+    a, b = x - i, y - j
+    w00, w01, w10, w11 = (1 - a) * (1 - b), a * (1 - b), (1 - a) * b, a * b
+    rows, columns = patch.shape
+    window = image[j : j + rows + 1, i : i + columns + 1]
+    for r in range(rows):
+        for c in range(columns):
+            patch[r, c] = (
+                w00 * window[r, c]
+                + w01 * window[r, c + 1]
+                + w10 * window[r + 1, c]
+                + w11 * window[r + 1, c + 1]
+            )
 
-    False where the warp is degenerate or the patch leaves the image.
+
+@kernel
+def _mismatch(seen: Array, patch: Array, gx: Array, gy: Array) -> tuple[float, float]:
+    """What the patch (with a pixel around it) seems moved by, times the gradients' products."""
+    size = seen.shape[0]
+    # A sum for each column: added up in this order, columns go side by side through the processor.
+    sums = np.zeros((2, size))
+    for r in range(size):
+        for c in range(size):
+            e = seen[r, c] - patch[r + 1, c + 1]
+            sums[0, c] += gx[r, c] * e
+            sums[1, c] += gy[r, c] * e
+    return sums[0].sum(), sums[1].sum()
+
+
+@kernel
+def _gradients(patch: Array, gx: Array, gy: Array) -> tuple[float, float, float]:
+    """Gradients less their means, and the sums of xx, xy and yy of them."""
+    size = gx.shape[0]
+    sum_x = sum_y = 0.0
+    for r in range(size):
+        for c in range(size):
+            gx[r, c] = 0.5 * (patch[r + 1, c + 2] - patch[r + 1, c])
+            gy[r, c] = 0.5 * (patch[r + 2, c + 1] - patch[r, c + 1])
+            sum_x += gx[r, c]
+            sum_y += gy[r, c]
+    mean_x, mean_y = sum_x / size**2, sum_y / size**2
+    xx = xy = yy = 0.0
+    for r in range(size):
+        for c in range(size):
+            gx[r, c] -= mean_x
+            gy[r, c] -= mean_y
+            xx += gx[r, c] * gx[r, c]
+            xy += gx[r, c] * gy[r, c]
+            yy += gy[r, c] * gy[r, c]
+    return xx, xy, yy
+
+
+@kernel
+def _warped_patch(image: Image, u: float, v: float, warp: Array, patch: Array) -> bool:
+    """The patch around u, v as it appears now; False where the warp is degenerate or leads outside.
+
+    patch: (size, size), a pixel more on every side than is compared, for the gradients.
     """
     determinant = warp[0, 0] * warp[1, 1] - warp[0, 1] * warp[1, 0]
     if not 0.2 < determinant < 5.0:
         return False
     a, b = warp[1, 1] / determinant, -warp[0, 1] / determinant
     c, d = -warp[1, 0] / determinant, warp[0, 0] / determinant
-    reach = (PLANE_RADIUS + 1) * max(abs(a) + abs(b), abs(c) + abs(d)) + 1.0
+    middle = patch.shape[0] // 2
+    reach = middle * max(abs(a) + abs(b), abs(c) + abs(d)) + 1.0
     if not _inside(image, u, v, reach):
         return False
-    size = patch.shape[0]
-    for row in range(size):
-        for column in range(size):
-            dx, dy = column - PLANE_RADIUS, row - PLANE_RADIUS
-            x, y = u + a * dx + b * dy, v + c * dx + d * dy
-            patch[row, column] = _sample(image, x, y)
-            gx[row, column] = 0.5 * (_sample(image, x + a, y + c) - _sample(image, x - a, y - c))
-            gy[row, column] = 0.5 * (_sample(image, x + b, y + d) - _sample(image, x - b, y - d))
-    gx -= gx.mean()
-    gy -= gy.mean()
+    for row in range(patch.shape[0]):
+        for column in range(patch.shape[0]):
+            dx, dy = column - middle, row - middle
+            patch[row, column] = _sample(image, u + a * dx + b * dy, v + c * dx + d * dy)
     return True

@@ -39,15 +39,18 @@ def smooth(image: Image, sigma: float) -> Image:
 def describe(smoothed: Image, corners: NDArray[np.int32]) -> Descriptors:
     """Descriptors (n, 4) of corners at least PATCH_RADIUS from the edge of a smoothed image."""
     stride = smoothed.shape[1]
-    place = corners[:, 1].astype(np.int64) * stride + corners[:, 0]
-    first = _PATTERN[:, 1] * stride + _PATTERN[:, 0]
-    second = _PATTERN[:, 3] * stride + _PATTERN[:, 2]
-    return np.asarray(_describe(smoothed.ravel(), place, first, second))
+    # From a patch's first pixel all offsets are positive, and unsigned indices need no check.
+    middle = PATCH_RADIUS * (stride + 1)
+    place = corners[:, 1].astype(np.int64) * stride + corners[:, 0] - middle
+    first = _PATTERN[:, 1] * stride + _PATTERN[:, 0] + middle
+    second = _PATTERN[:, 3] * stride + _PATTERN[:, 2] + middle
+    indices = (a.astype(np.uint64) for a in (place, first, second))
+    return np.asarray(_describe(smoothed.ravel(), *indices))
 
 
 @kernel
 def _describe(
-    pixels: Image, place: NDArray[np.int64], first: NDArray[np.int64], second: NDArray[np.int64]
+    pixels: Image, place: NDArray[np.uint64], first: NDArray[np.uint64], second: NDArray[np.uint64]
 ) -> Descriptors:
     out = np.zeros((place.shape[0], 4), np.uint64)
     for i in range(place.shape[0]):

@@ -21,7 +21,13 @@ from grouser.estimators.visual.sight import (
     pose_motion,
     pose_to_motion,
 )
-from grouser.geometry import Array, between, compose, compose_jacobians
+from grouser.estimators.visual.single_pose import (
+    between,
+    carried,
+    compose,
+    compose_jacobians,
+)
+from grouser.geometry import Array
 
 PredictorFactory = Callable[[Observation], MotionPredictor]
 """Makes the predictor that the first observation has the means for."""
@@ -137,7 +143,7 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         F, V = compose_jacobians(self._believed.pose, increment.pose)
         by_biases = increment.by_biases
         noise = increment.covariance + by_biases @ covariance_of_biases @ by_biases.T
-        covariance = F @ self._believed.covariance @ F.T + V @ noise @ V.T
+        covariance = carried(F, self._believed.covariance, V, noise)
         return Expectation(compose(self._believed.pose, increment.pose), covariance)
 
     def _believe(self) -> MotionPrior:

@@ -13,7 +13,15 @@ import numpy as np
 
 from grouser.estimators.visual.constant_errors import ConstantErrors, disparity_offset
 from grouser.estimators.visual.prediction import Increment
-from grouser.geometry import Array, between, compose, compose_jacobians, wrap
+from grouser.estimators.visual.single_pose import (
+    between,
+    carried,
+    compose,
+    compose_jacobians,
+    wrapped,
+)
+from grouser.geometry import Array
+from grouser.kernels import kernel_using
 
 SLIP_GATE = 16.3
 """chi-square of 3 degrees of freedom at 99.9 %: beyond it the tracks are said to slip."""
@@ -60,7 +68,7 @@ class Accumulated:
     def then(self, increment: Increment) -> "Accumulated":
         """One more increment."""
         F, V = compose_jacobians(self.pose, increment.pose)
-        covariance = F @ self.covariance @ F.T + V @ increment.covariance @ V.T
+        covariance = carried(F, self.covariance, V, increment.covariance)
         by_biases = F @ self.by_biases + V @ increment.by_biases
         pose = compose(self.pose, increment.pose)
         return Accumulated(pose, covariance, by_biases, self.frames + 1)
@@ -104,16 +112,21 @@ class RelativeFilter:
 
     def coast(self, predicted: Accumulated) -> Fused:
         """Prediction alone, trusted less, as whatever blinds the camera may shake the robot too."""
-        pose, covariance, _ = self._predict(predicted, _COAST_INFLATION)
-        state = self._wandered(pose, self.keyframe.biases, covariance, predicted.frames)
-        return Fused(state, np.nan, False)
+        noise = _COAST_INFLATION * predicted.covariance
+        return self._alone(predicted.pose, noise, self._by_all_biases(predicted), predicted.frames)
 
     def follow(self, measured: RelativePose, frames: int) -> Fused:
         """Measurement alone, after so many frames."""
-        pose, covariance, _ = self._composed(
-            self._corrected(measured), measured.covariance, -self._by_biases(measured)
+        by_biases = self._by_biases(measured)
+        corrected = measured.pose - by_biases @ self.keyframe.biases
+        return self._alone(corrected, measured.covariance, -by_biases, frames)
+
+    def _alone(self, relative: Array, noise: Array, by_biases: Array, frames: int) -> Fused:
+        keyframe = self.keyframe
+        pose, covariance, _ = _composed(
+            keyframe.pose, keyframe.covariance, relative, noise, by_biases
         )
-        state = self._wandered(pose, self.keyframe.biases, covariance, frames)
+        state = self._wandered(pose, keyframe.biases, covariance, frames)
         return Fused(state, np.nan, False)
 
     def fuse(self, predicted: Accumulated, measured: RelativePose) -> Fused:
@@ -125,23 +138,18 @@ class RelativeFilter:
         return Fused(again.state, fused.nis, True)
 
     def _update(self, predicted: Accumulated, measured: RelativePose, inflation: float) -> Fused:
-        pose, covariance, R_rel = self._predict(predicted, inflation)
-        innovation = self._corrected(measured) - predicted.pose
-        innovation[2] = wrap(innovation[2])
-        # The innovation's error: tracks' and vision's biases, the tracks' noise, vision's noise.
-        P_biases = covariance[:, 3:]
-        H = self._by_all_biases(predicted) + self._by_biases(measured)
-        Q = inflation * predicted.covariance
-        cross = P_biases @ H.T
-        cross[:3] += R_rel @ Q
-        S = H @ covariance[3:, 3:] @ H.T + Q + measured.covariance
-        K = np.linalg.solve(S, cross.T).T
-        change = K @ innovation
-        covariance = covariance - K @ S @ K.T
-        pose = np.append(pose[:2] + change[:2], wrap(pose[2] + change[2]))
-        biases = self.keyframe.biases + change[3:]
-        state = self._wandered(pose, biases, covariance, predicted.frames)
-        return Fused(state, float(innovation @ np.linalg.solve(S, innovation)), False)
+        pose, biases, covariance, nis = _updated(
+            self.keyframe.pose,
+            self.keyframe.biases,
+            self.keyframe.covariance,
+            predicted.pose,
+            inflation * predicted.covariance,
+            self._by_all_biases(predicted),
+            measured.pose,
+            measured.covariance,
+            self._by_biases(measured),
+        )
+        return Fused(self._wandered(pose, biases, covariance, predicted.frames), nis, False)
 
     def _wandered(self, pose: Array, biases: Array, covariance: Array, frames: int) -> FilterState:
         """The state once the biases have wandered on, to hold from this frame."""
@@ -149,36 +157,63 @@ class RelativeFilter:
         covariance[3:, 3:] += frames * self._walk
         return FilterState(pose, biases, covariance)
 
-    def _corrected(self, measured: RelativePose) -> Array:
-        return measured.pose - self._by_biases(measured) @ self.keyframe.biases
-
     def relative(self, fused: Fused) -> Array:
         """(3,) the fused pose as seen from the keyframe."""
-        return between(self.keyframe.pose, fused.state.pose)
+        return np.asarray(between(self.keyframe.pose, fused.state.pose))
 
     def commit(self, fused: Fused) -> None:
         """The current frame becomes the keyframe."""
         self.keyframe = fused.state
 
-    def _predict(self, predicted: Accumulated, inflation: float) -> tuple[Array, Array, Array]:
-        noise = inflation * predicted.covariance
-        return self._composed(predicted.pose, noise, self._by_all_biases(predicted))
-
-    def _composed(
-        self, relative: Array, noise: Array, by_biases: Array
-    ) -> tuple[Array, Array, Array]:
-        """Pose, covariance of the state, and the pose's derivative by the relative pose (3,)."""
-        R_pose, R_rel = compose_jacobians(self.keyframe.pose, relative)
-        F = np.eye(3 + len(self.keyframe.biases))
-        F[:3, :3], F[:3, 3:] = R_pose, R_rel @ by_biases
-        covariance = F @ self.keyframe.covariance @ F.T
-        covariance[:3, :3] += R_rel @ noise @ R_rel.T
-        return compose(self.keyframe.pose, relative), covariance, R_rel
-
     def _by_all_biases(self, predicted: Accumulated) -> Array:
         """(3, n + 1) of what was predicted."""
-        return np.column_stack([predicted.by_biases, np.zeros(3)])
+        by_biases = np.zeros((3, self._predicted + 1))
+        by_biases[:, :-1] = predicted.by_biases
+        return by_biases
 
     def _by_biases(self, measured: RelativePose) -> Array:
         """(3, n + 1) error of what vision measured per unit of the biases."""
-        return np.column_stack([np.zeros((3, self._predicted)), measured.by_disparity])
+        by_biases = np.zeros((3, self._predicted + 1))
+        by_biases[:, -1] = measured.by_disparity
+        return by_biases
+
+
+@kernel_using(compose, compose_jacobians, carried)
+def _composed(
+    keyframe: Array, P: Array, relative: Array, noise: Array, by_biases: Array
+) -> tuple[Array, Array, Array]:
+    """Pose and covariance of the state, and the pose's derivative by the relative pose (3,)."""
+    R_pose, R_rel = compose_jacobians(keyframe, relative)
+    F, G = np.eye(len(P)), np.zeros((len(P), 3))
+    F[:3, :3], F[:3, 3:], G[:3] = R_pose, R_rel @ by_biases, R_rel
+    return compose(keyframe, relative), carried(F, P, G, noise), R_rel
+
+
+@kernel_using(_composed, wrapped)
+def _updated(
+    keyframe: Array,
+    biases: Array,
+    P: Array,
+    predicted: Array,
+    Q: Array,
+    by_biases: Array,
+    measured: Array,
+    R: Array,
+    measured_by_biases: Array,
+) -> tuple[Array, Array, Array, float]:
+    """Pose, biases and covariance once what was predicted (with noise Q) and what was measured
+    (with R) of the relative pose are fused, and the innovation's squared length in sigmas."""
+    pose, covariance, R_rel = _composed(keyframe, P, predicted, Q, by_biases)
+    innovation = measured - measured_by_biases @ biases - predicted
+    innovation[2] = wrapped(innovation[2])
+    # The innovation's error: tracks' and vision's biases, the tracks' noise, vision's noise.
+    H = by_biases + measured_by_biases
+    cross = np.ascontiguousarray(covariance[:, 3:]) @ H.T
+    cross[:3] += R_rel @ Q
+    S = H @ np.ascontiguousarray(covariance[3:, 3:]) @ H.T + Q + R
+    K = np.ascontiguousarray(np.linalg.solve(S, np.ascontiguousarray(cross.T)).T)
+    change = K @ innovation
+    pose += change[:3]
+    pose[2] = wrapped(pose[2])
+    nis = float(innovation @ np.linalg.solve(S, innovation))
+    return pose, biases + change[3:], covariance - K @ S @ K.T, nis

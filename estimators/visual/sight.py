@@ -1,5 +1,6 @@
 """One look back at the keyframe: match, solve by RANSAC, refine (paper 1 Fig. 3, middle)."""
 
+import math
 import time
 from dataclasses import dataclass
 from typing import Generic
@@ -13,7 +14,8 @@ from grouser.estimators.visual.motion import intrinsics, predict_points
 from grouser.estimators.visual.prior import MotionPrior
 from grouser.estimators.visual.refine import Refinement, refine
 from grouser.estimators.visual.solver import Hypothesis, MotionSolver
-from grouser.geometry import Array, rotate
+from grouser.geometry import Array
+from grouser.kernels import kernel
 from grouser.rig import StereoCamera
 
 FEWEST_MATCHES = 12
@@ -55,11 +57,8 @@ class Sight:
         """
         if self.motion is None:
             raise ValueError("a sight without a motion has no planar part")
-        turn = float(self.motion[0])
-        pose = np.append(rotate(turn / 2, self.motion[1:3]), turn)
-        to_pose = np.linalg.inv(pose_to_motion(pose))
-        covariance = to_pose @ self.covariance[:3, :3] @ to_pose.T
-        return RelativePose(pose, covariance, to_pose @ self.by_disparity[:3])
+        pose, covariance, by_disparity = _planar(self.motion, self.covariance, self.by_disparity)
+        return RelativePose(pose, covariance, by_disparity)
 
     def out_of_plane(self) -> tuple[float, float, float]:
         """Height [m], roll and pitch [rad]; zero where vision failed."""
@@ -209,14 +208,27 @@ def _told_of_motion(hypothesis: Hypothesis, refined: Refinement) -> dict[str, fl
     }
 
 
+@kernel
 def pose_motion(pose: Array) -> Array:
     """(turn, chord, side) of a pose (x, y, heading)."""
-    return np.append(pose[2], rotate(-pose[2] / 2, pose[:2]))
+    c, s = math.cos(pose[2] / 2), math.sin(pose[2] / 2)
+    return np.array([pose[2], c * pose[0] + s * pose[1], -s * pose[0] + c * pose[1]])
 
 
+@kernel
 def pose_to_motion(pose: Array) -> Array:
     """(3, 3) derivative of (turn, chord, side) with respect to the pose (x, y, heading)."""
-    half = pose[2] / 2
-    c, s = np.cos(half), np.sin(half)
+    c, s = math.cos(pose[2] / 2), math.sin(pose[2] / 2)
     _, chord, side = pose_motion(pose)
     return np.array([[0.0, 0.0, 1.0], [c, s, side / 2], [-s, c, -chord / 2]])
+
+
+@kernel
+def _planar(motion: Array, covariance: Array, by_disparity: Array) -> tuple[Array, Array, Array]:
+    """Pose (3,) of a motion (6,), its covariance, and its derivative by the disparity offset."""
+    turn, chord, side = motion[:3]
+    c, s = math.cos(turn / 2), math.sin(turn / 2)
+    pose = np.array([c * chord - s * side, s * chord + c * side, turn])
+    to_pose = np.linalg.inv(pose_to_motion(pose))
+    planar = np.ascontiguousarray(covariance[:3, :3])
+    return pose, to_pose @ planar @ to_pose.T, to_pose @ by_disparity[:3]
