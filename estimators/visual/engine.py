@@ -13,7 +13,7 @@ from grouser.estimators.visual.fusion import Fused, RelativeFilter, RelativePose
 from grouser.estimators.visual.keyframes import KeyframeRule
 from grouser.estimators.visual.motion import chassis_pose
 from grouser.estimators.visual.prediction import MotionPredictor
-from grouser.estimators.visual.prior import ChassisPrior, MotionPrior
+from grouser.estimators.visual.prior import VAGUE_SIDE, ChassisPrior, MotionPrior
 from grouser.estimators.visual.sight import (
     Expectation,
     KeyframeSight,
@@ -149,6 +149,9 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
     def _believe(self) -> MotionPrior:
         """The prior of the motion since the keyframe, from the prediction alone."""
         predicted = self._predicted
+        if self._predictor.measures:
+            # The filter knows the constraint with all that correlates it; twice would be too often.
+            return self._prior.about(pose_motion(predicted.pose), VAGUE_SIDE, self._mount_sigma)
         by_pose = pose_to_motion(predicted.pose)[2]
         side_sigma = float(np.sqrt(by_pose @ predicted.covariance @ by_pose))
         return self._prior.about(pose_motion(predicted.pose), side_sigma, self._mount_sigma)

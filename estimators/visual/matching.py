@@ -109,7 +109,7 @@ def match_frames(
     now = current.points[partner[found]]
     # Near points tell of the translation, distinct corners align well: near first, within buckets.
     score = now[:, 2] * np.sqrt(reference.strength[found] / reference.strength.max(initial=1.0))
-    chosen = _spread(now, score, options, width, height)
+    chosen = spread(now, score, options, width, height)
     found, now = found[chosen], now[chosen]
     warps = surface_warp(prediction.by_point[found], reference.slopes[found])
     place = align_plane(
@@ -141,7 +141,7 @@ def surface_warp(by_point: Array, slopes: Array) -> Array:
 _ALIGNMENT_LIMIT = 2.5  # px from the corner that the descriptor found
 
 
-def _spread(
+def spread(
     points: Array, score: Array, options: MatchingOptions, width: int, height: int
 ) -> NDArray[np.int64]:
     """Indices of at most max_points points: the best of every bucket, then the second best..."""

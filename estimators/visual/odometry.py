@@ -59,6 +59,7 @@ class VisualOdometry(PoseEstimator):
         track_noise: float = 0.03,
         track_scale_sigma: float = 0.05,
         turn_scale_sigma: float = 0.10,
+        side_slip_sigma: float = 0.05,
         turn_noise: float = 0.05,
         keyframe_distance: float = 0.25,
         keyframe_turn: float = 0.2,
@@ -79,10 +80,11 @@ class VisualOdometry(PoseEstimator):
             place_noise_px: sigma of an aligned point, px.
             disparity_noise_px: sigma of a disparity, px.
             roll_pitch_prior: sigma of roll and of pitch between two frames, rad.
-            side_slip_prior: sigma of the motion across, m per m along.
+            side_slip_prior: sigma of the motion across, m per m along, where there are no tracks.
             track_noise: white noise of a track's increment, as a share of it.
             track_scale_sigma: sigma of a track's unknown scale error.
             turn_scale_sigma: sigma of the effective width's unknown scale error.
+            side_slip_sigma: sigma of a constant slip to one side, m per m along.
             turn_noise: white slip of a turn, as a share of it.
             keyframe_distance: m after which the reference frame is replaced.
             keyframe_turn: rad after which it is.
@@ -100,6 +102,7 @@ class VisualOdometry(PoseEstimator):
             track_noise=track_noise,
             track_scale_sigma=track_scale_sigma,
             turn_scale_sigma=turn_scale_sigma,
+            side_slip_sigma=side_slip_sigma,
             turn_noise=turn_noise,
             keyframe_distance=keyframe_distance,
             keyframe_turn=keyframe_turn,
@@ -127,7 +130,9 @@ class VisualOdometry(PoseEstimator):
                 dt=rig.dt,
                 noise=TrackNoise(scale=track_noise),
                 turn_noise=turn_noise,
-                scales=TrackScales(track=track_scale_sigma, turn=turn_scale_sigma),
+                scales=TrackScales(
+                    track=track_scale_sigma, turn=turn_scale_sigma, side=side_slip_sigma
+                ),
             ),
             make_filter=partial(
                 RelativeFilter,

@@ -35,21 +35,23 @@ class Increment:
 
 @dataclass(frozen=True, slots=True)
 class TrackScales:
-    """How well the scales are known: one sigma of their errors, which stay the same for long."""
+    """How well the tracks' scales are known: one sigma of errors that stay the same for long."""
 
     track: float = 0.05
     """Of either track's increment."""
     turn: float = 0.10
     """Of the effective width."""
+    side: float = 0.05
+    """Of the motion across, m per m along: on a slope, say, the chassis slides to one side."""
     walk: float = 5e-4
     """How far each wanders in one frame (SPEC 1.5)."""
 
     def errors(self) -> ConstantErrors:
-        """The scale errors of the left track, the right track and the turn."""
+        """The scale errors of the left track, the right track, the turn and the motion across."""
         return ConstantErrors(
-            ("left track's scale", "right track's scale", "turn's scale"),
-            np.array([self.track, self.track, self.turn]),
-            np.full(3, self.walk),
+            ("left track's scale", "right track's scale", "turn's scale", "side slip"),
+            np.array([self.track, self.track, self.turn, self.side]),
+            np.full(4, self.walk),
         )
 
 
@@ -98,14 +100,18 @@ class TrackPredictor(MotionPredictor):
         width = self._tracks.effective_width
         du = measured * (1 + biases[:2])
         turn, arc_length = track_increment(du, width)
-        by_arc = arc_jacobian(turn * (1 + biases[2]), arc_length)
+        straight = arc_pose(turn * (1 + biases[2]), arc_length)
+        # Slip across is a share of the chord, at right angles to it.
+        across = np.array([[1.0, -biases[3], 0.0], [biases[3], 1.0, 0.0], [0.0, 0.0, 1.0]])
+        by_arc = across @ arc_jacobian(turn * (1 + biases[2]), arc_length)
         by_turn = by_arc[:, 0]
         by_du = by_arc @ (np.diag([1 + biases[2], 1.0]) @ track_increment_jacobian(width))
         covariance = by_du @ self._noise.covariance(du) @ by_du.T
         covariance += (self._turn_noise * turn) ** 2 * np.outer(by_turn, by_turn)
         covariance += self._side_slip.covariance(turn, chord(turn, arc_length))
-        by_biases = np.column_stack([by_du * measured, by_turn * turn])
-        return Increment(arc_pose(turn * (1 + biases[2]), arc_length), covariance, by_biases)
+        by_side = np.array([-straight[1], straight[0], 0.0])
+        by_biases = np.column_stack([by_du * measured, by_turn * turn, by_side])
+        return Increment(across @ straight, covariance, by_biases)
 
     def learn(self, increment: Array | None) -> None:
         """The tracks need no memory."""

@@ -87,5 +87,7 @@ class ChassisPrior:
         return MotionPrior(mean, np.array([_VAGUE_TURN, _VAGUE_CHORD, side, height, roll, pitch]))
 
 
+VAGUE_SIDE = 1.0
+"""m"""
 _VAGUE_TURN, _VAGUE_CHORD = 1.0, 10.0
 _FLAT = 1e-6  # m and rad: far below what pixels show, and still finite

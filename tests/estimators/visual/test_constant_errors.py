@@ -7,11 +7,14 @@ from grouser.estimators.visual.prediction import TrackScales
 
 
 def test_errors_of_two_models_follow_each_other() -> None:
-    scales, offset = TrackScales(track=0.04, turn=0.2, walk=1e-3).errors(), disparity_offset(0.1)
+    scales, offset = (
+        TrackScales(track=0.04, turn=0.2, side=0.03, walk=1e-3).errors(),
+        disparity_offset(0.1),
+    )
     both = scales + offset
-    assert both.names == (*scales.names, "disparity offset [px]") and len(both) == 4
-    np.testing.assert_array_equal(both.sigmas, [0.04, 0.04, 0.2, 0.1])
-    np.testing.assert_array_equal(both.walks, [1e-3, 1e-3, 1e-3, 0.0])
+    assert both.names == (*scales.names, "disparity offset [px]") and len(both) == 5
+    np.testing.assert_array_equal(both.sigmas, [0.04, 0.04, 0.2, 0.03, 0.1])
+    np.testing.assert_array_equal(both.walks, [1e-3, 1e-3, 1e-3, 1e-3, 0.0])
 
 
 def test_no_errors_add_nothing() -> None:

@@ -18,7 +18,7 @@ from grouser.geometry import Array, between, compose, wrap
 from grouser.rig import TrackGeometry
 
 WIDTH, TURN_NOISE, WALK = 0.5, 0.05, 5e-4
-SCALES = TrackScales(track=0.05, turn=0.10, walk=WALK)
+SCALES = TrackScales(track=0.05, turn=0.10, side=0.05, walk=WALK)
 OFFSET_SIGMA = 0.3
 NOISE, SLIP = TrackNoise(), SideSlip()
 TRACKS = TrackGeometry(gauge=0.4, width=0.08, effective_width=WIDTH)
@@ -63,7 +63,8 @@ def true_step(rng: np.random.Generator, du: Array, biases: Array) -> Array:
     turn, arc_length = track_increment(actual, WIDTH)
     turn *= 1 + biases[2] + TURN_NOISE * rng.normal()
     step = arc_pose(turn, arc_length)
-    side = SLIP.sigma(turn, chord(turn, arc_length)) * rng.normal()
+    length = chord(turn, arc_length)
+    side = biases[3] * length + SLIP.sigma(turn, length) * rng.normal()
     return np.asarray(step + side * np.array([-np.sin(turn / 2), np.cos(turn / 2), 0.0]))
 
 
@@ -77,13 +78,13 @@ class Outcome:
 def simulate(rng: np.random.Generator, keyframe_frames: int = 6) -> Outcome:
     """The drive once, with biases, noise and keyframes."""
     kalman, truth, keyframe = make(), np.zeros(3), np.zeros(3)
-    biases, since = SIGMAS * rng.normal(size=4), nothing_yet(ERRORS)
+    biases, since = SIGMAS * rng.normal(size=5), nothing_yet(ERRORS)
     for frame, du in enumerate(DRIVE, start=1):
         truth = compose(truth, true_step(rng, du, biases))
         since = since.then(PREDICTOR.predict({"tracks": du}, kalman.of_predictor()[0]))
-        biases[:3] += WALK * rng.normal(size=3)
+        biases[:4] += WALK * rng.normal(size=4)
         if frame % keyframe_frames == 0:
-            seen = vision(between(keyframe, truth), biases[3])
+            seen = vision(between(keyframe, truth), biases[4])
             noisy = RelativePose(
                 seen.pose + np.sqrt(np.diag(VISION)) * rng.normal(size=3), VISION, seen.by_disparity
             )
@@ -103,9 +104,9 @@ def test_nees_of_the_pose_is_three_and_the_scale_errors_are_found() -> None:
         e @ np.linalg.solve(o.covariance, e) for e, o in zip(joint, outcomes, strict=True)
     ]
     assert 2.2 < np.mean(nees) < 4.0  # the mean of 120 has a sigma of 0.22
-    assert 5.8 < np.mean(joint_nees) < 8.5  # seven
+    assert 6.7 < np.mean(joint_nees) < 9.5  # eight
     found = np.std([o.bias_error for o in outcomes], axis=0)
-    assert (found[:2] < 0.35 * SIGMAS[:2]).all() and found[2] < 0.7 * SIGMAS[2]
+    assert (found[:2] < 0.35 * SIGMAS[:2]).all() and (found[2:4] < 0.7 * SIGMAS[2:4]).all()
     said = np.sqrt(np.mean([np.diag(o.covariance)[3:] for o in outcomes], axis=0))
     np.testing.assert_allclose(found, said, rtol=0.25)
 
@@ -114,11 +115,11 @@ def test_accumulation_is_composition_with_derivatives_by_the_biases() -> None:
     total, h = predicted(20, start=20), 1e-6
     pose = np.zeros(3)
     for du in DRIVE[20:40]:
-        pose = compose(pose, PREDICTOR.predict({"tracks": du}, np.zeros(3)).pose)
+        pose = compose(pose, PREDICTOR.predict({"tracks": du}, np.zeros(4)).pose)
     np.testing.assert_allclose(total.pose, pose, atol=1e-15)
     assert total.frames == 20
-    for k in range(3):
-        step = h * np.eye(3)[k]
+    for k in range(4):
+        step = h * np.eye(4)[k]
         ahead, back = (predicted(20, 20, biases).pose for biases in (step, -step))
         assert np.abs(total.by_biases[:, k] - (ahead - back) / (2 * h)).max() < 1e-8
 
@@ -161,7 +162,7 @@ def test_following_takes_the_pose_of_vision_and_its_noise() -> None:
     step = np.array([0.1, 0.02, 0.05])
     before = kalman.keyframe
     followed = kalman.follow(vision(step), 3).state
-    offset = before.biases[3]
+    offset = before.biases[4]
     expected = compose(before.pose, step - offset * np.append(0.05 * step[:2], 0.0))
     np.testing.assert_allclose(followed.pose, expected, atol=1e-12)
     assert (np.diag(followed.covariance)[:3] > np.diag(before.covariance)[:3]).all()

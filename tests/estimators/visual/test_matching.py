@@ -14,8 +14,8 @@ from grouser.estimators.visual.matching import (
     MatchingOptions,
     PixelNoise,
     Prediction,
-    _spread,
     match_frames,
+    spread,
     surface_warp,
 )
 from grouser.estimators.visual.motion import intrinsics, predict_points
@@ -149,7 +149,7 @@ def test_spread_takes_the_best_of_every_bucket_before_any_second() -> None:
     rng, options = np.random.default_rng(1), MatchingOptions(max_points=40, buckets=(8, 6))
     points = rng.uniform(0, [160, 240, 10], (300, 3))  # half of the image is empty
     score = rng.uniform(size=300)
-    chosen = _spread(points, score, options, 320, 240)
+    chosen = spread(points, score, options, 320, 240)
     assert len(chosen) == 40 and (np.diff(chosen) > 0).all()
     bucket = (points[:, 0] // 40 + 8 * (points[:, 1] // 40)).astype(int)
     count = np.bincount(bucket[chosen], minlength=48)
@@ -163,8 +163,8 @@ def test_spread_takes_the_best_of_every_bucket_before_any_second() -> None:
 
 def test_fewer_points_than_wanted_are_all_kept() -> None:
     points, score = np.array([[1.0, 1.0, 1.0], [2.0, 2.0, 1.0]]), np.zeros(2)
-    np.testing.assert_array_equal(_spread(points, score, MatchingOptions(), 320, 240), [0, 1])
-    assert len(_spread(points[:0], score[:0], MatchingOptions(), 320, 240)) == 0
+    np.testing.assert_array_equal(spread(points, score, MatchingOptions(), 320, 240), [0, 1])
+    assert len(spread(points[:0], score[:0], MatchingOptions(), 320, 240)) == 0
 
 
 def test_a_patch_that_looks_another_way_is_found_less_exactly() -> None:

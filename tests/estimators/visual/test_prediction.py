@@ -17,7 +17,7 @@ PREDICTOR = TrackPredictor(TRACKS, TrackNoise(), SideSlip(), turn_noise=0.05)
 BIASES = len(PREDICTOR.errors)
 lengths = st.floats(-0.2, 0.2)
 errors = st.floats(-0.1, 0.1)
-constants = st.tuples(errors, errors, errors).map(np.array)
+constants = st.tuples(errors, errors, errors, errors).map(np.array)
 
 
 def tracks(left: float, right: float) -> Observation:
@@ -25,13 +25,14 @@ def tracks(left: float, right: float) -> Observation:
 
 
 @given(lengths, lengths, constants)
-def test_the_increment_is_the_exact_arc_of_the_corrected_tracks(
+def test_the_increment_is_the_exact_arc_of_the_corrected_tracks_and_a_share_of_it_across(
     left: float, right: float, biases: Array
 ) -> None:
     increment = PREDICTOR.predict(tracks(left, right), biases)
     true_left, true_right = left * (1 + biases[0]), right * (1 + biases[1])
     turn = (true_right - true_left) / WIDTH * (1 + biases[2])
-    expected = arc_pose(turn, (true_left + true_right) / 2)
+    forward, left_, _ = arc_pose(turn, (true_left + true_right) / 2)
+    expected = [forward - biases[3] * left_, left_ + biases[3] * forward, turn]
     np.testing.assert_allclose(increment.pose, expected, atol=1e-12)
 
 
