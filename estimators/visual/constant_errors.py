@@ -34,4 +34,7 @@ NO_ERRORS = ConstantErrors((), np.zeros(0), np.zeros(0))
 
 def disparity_offset(sigma: float) -> ConstantErrors:
     """The one of vision: what all disparities are off by, one sigma [px]."""
-    return ConstantErrors(("disparity offset [px]",), np.array([sigma]), np.zeros(1))
+    return ConstantErrors(("disparity offset [px]",), np.array([sigma]), np.array([_OFFSET_WALK]))
+
+
+_OFFSET_WALK = 1e-3  # px: a rectification drifts with the temperature

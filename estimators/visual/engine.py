@@ -9,6 +9,7 @@ import numpy as np
 from grouser.estimators.base import Observation, PoseEstimate, Status
 from grouser.estimators.visual.base import FrameT, Frontend, KeyframeT
 from grouser.estimators.visual.constant_errors import ConstantErrors
+from grouser.estimators.visual.disparity_check import DisparityCheck
 from grouser.estimators.visual.fusion import Fused, RelativeFilter, RelativePose, nothing_yet
 from grouser.estimators.visual.keyframes import KeyframeRule
 from grouser.estimators.visual.motion import chassis_pose
@@ -76,6 +77,7 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         self._filter = self._make_filter(self._predictor.errors)
         self._frontend.reset()
         self._start_from(self._frontend.extract(observation), np.eye(4))
+        self._check = DisparityCheck()
         self._failures = 0
         self._last_seen = float(observation["stamp"][0])
         return PoseEstimate(
@@ -108,7 +110,9 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         self._learn(relative, seen, expected)
         status = self._status(sight, float(observation["stamp"][0]))
         age = self._predicted.frames
-        diagnostics = sight.diagnostics | {
+        diagnostics = {
+            **sight.diagnostics,
+            **self._check.diagnostics,
             "features": float(len(frame.points)),
             "nis": fused.nis,
             "slipped": float(fused.slipped),
@@ -118,6 +122,7 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         }
         if self._rule.replaces(relative, sight, frames=age, failures=self._failures):
             self._filter.commit(fused)
+            self._check.take(self._sight.disparity_offset(sight), self._filter)
             self._start_from(frame, pose_3d)
         return PoseEstimate(
             pose=fused.state.pose.copy(),

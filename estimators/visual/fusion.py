@@ -165,6 +165,31 @@ class RelativeFilter:
         """The current frame becomes the keyframe."""
         self.keyframe = fused.state
 
+    def offset(self) -> tuple[float, float]:
+        """The disparity offset at the keyframe and its sigma, px."""
+        return float(self.keyframe.biases[-1]), float(np.sqrt(self.keyframe.covariance[-1, -1]))
+
+    def observe_offset(self, offset: float, sigma: float) -> None:
+        """The disparity offset was measured at the keyframe, px; what followed from it follows."""
+        state = self.keyframe
+        P = state.covariance
+        S = P[-1, -1] + sigma**2
+        gain = P[:, -1] / S
+        change = gain * (offset - state.biases[-1])
+        pose = np.append(state.pose[:2] + change[:2], wrap(state.pose[2] + change[2]))
+        covariance = P - S * np.outer(gain, gain)
+        self.keyframe = FilterState(pose, state.biases + change[3:], covariance)
+
+    def doubt_offset(self, sigma: float) -> None:
+        """The disparity offset is known no better than this, px, and nothing that it led to is."""
+        state = self.keyframe
+        P = state.covariance
+        widened = sigma**2 - P[-1, -1]
+        if widened > 0:
+            led_to = P[:, -1] / P[-1, -1]
+            covariance = P + widened * np.outer(led_to, led_to)
+            self.keyframe = FilterState(state.pose, state.biases, covariance)
+
     def _by_all_biases(self, predicted: Accumulated) -> Array:
         """(3, n + 1) of what was predicted."""
         by_biases = np.zeros((3, self._predicted + 1))

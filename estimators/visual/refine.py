@@ -93,7 +93,7 @@ def _expectations() -> tuple[float, float, float]:
 # Of the assumed pixel variances: residuals cannot show the errors that all points share.
 _LEAST_NOISE = 0.25
 
-_EXPECTED_ERROR, _CURVATURE, _SPREAD = _expectations()
+_EXPECTED_ERROR, CURVATURE, _SPREAD = _expectations()
 
 
 @kernel
@@ -113,7 +113,7 @@ def _stated(
     # How many numbers the points determined, which their residuals are smaller by.
     fitted = 6 - (np.diag(inverse) * prior).sum()
     ratio = _noise_ratio(errors[inliers], cauchy, fitted)
-    bread = np.linalg.inv(_CURVATURE * points + np.diag(prior))
+    bread = np.linalg.inv(CURVATURE * points + np.diag(prior))
     spread = max(ratio, _LEAST_NOISE) * _SPREAD * points + np.diag(prior)
     return bread @ spread @ bread, inliers, ratio
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Generic
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grouser.estimators.visual.base import FrameT, Frontend, KeyframeT
 from grouser.estimators.visual.fusion import RelativePose
@@ -14,6 +15,7 @@ from grouser.estimators.visual.motion import intrinsics, predict_points
 from grouser.estimators.visual.prior import MotionPrior
 from grouser.estimators.visual.refine import Refinement, refine
 from grouser.estimators.visual.solver import Hypothesis, MotionSolver
+from grouser.estimators.visual.structure import OffsetEvidence, offset_of_structure
 from grouser.geometry import Array
 from grouser.kernels import kernel
 from grouser.rig import StereoCamera
@@ -38,6 +40,16 @@ class Expectation:
 
 
 @dataclass(frozen=True, slots=True)
+class Support:
+    """What a motion was refined on."""
+
+    matches: Matches
+    inliers: NDArray[np.bool_]
+    """(n,) of the matches"""
+    prior: MotionPrior
+
+
+@dataclass(frozen=True, slots=True)
 class Sight:
     """What vision says of the motion since the keyframe; `motion` is None where it fails."""
 
@@ -48,6 +60,8 @@ class Sight:
     by_disparity: Array
     """(6,) how far the motion is off per px of a common disparity offset"""
     diagnostics: dict[str, float]
+    support: Support | None = None
+    """None where vision fails"""
 
     def planar(self) -> RelativePose:
         """The planar part.
@@ -112,6 +126,22 @@ class KeyframeSight(Generic[FrameT, KeyframeT]):
             sight = again if again.motion is not None else sight
         return sight
 
+    def disparity_offset(self, sight: Sight) -> OffsetEvidence | None:
+        """What its points say of an offset of all disparities; None where they say nothing."""
+        if sight.motion is None or sight.support is None:
+            return None
+        matches = sight.support.matches
+        return offset_of_structure(
+            matches.reference,
+            matches.current,
+            motion=sight.motion,
+            inliers=sight.support.inliers,
+            prior=sight.support.prior,
+            noise=matches.noise,
+            T_base_camera=self._camera.T_base_camera,
+            camera=self._intrinsics,
+        )
+
     def _search_prior(
         self, keyframe: KeyframeT, expected: Expectation, prior: MotionPrior
     ) -> tuple[Array, Array, float]:
@@ -166,7 +196,8 @@ class KeyframeSight(Generic[FrameT, KeyframeT]):
         told["ms_refinement"] = 1e3 * (time.perf_counter() - solved)
         if not _usable(refined):
             return _blind(told)
-        return Sight(refined.motion, refined.covariance, refined.by_disparity, told)
+        support = Support(matches, refined.inliers, prior)
+        return Sight(refined.motion, refined.covariance, refined.by_disparity, told, support)
 
     def _refine(self, matches: Matches, hypothesis: Hypothesis, prior: MotionPrior) -> Refinement:
         return refine(

@@ -204,3 +204,29 @@ def test_the_covariance_stays_one_over_a_thousand_frames() -> None:
         if frame % 5 == 0:
             kalman.commit(fused)
             since = nothing_yet(ERRORS)
+
+
+def test_an_offset_that_is_measured_takes_back_what_it_did_to_the_pose() -> None:
+    """Vision alone, all distances too long: once the offset is known, so is the way."""
+    ahead, offset = np.array([0.25, 0.0, 0.0]), 0.3
+    kalman = make(offset=0.3)
+    for _ in range(40):
+        kalman.commit(kalman.follow(vision(ahead, offset), 5))
+    assert kalman.keyframe.pose[0] == pytest.approx(10.0 * (1 + 0.05 * offset), abs=1e-6)
+    kalman.observe_offset(offset, 1e-4)
+    assert kalman.offset()[0] == pytest.approx(offset, abs=1e-2)
+    assert kalman.keyframe.pose[0] == pytest.approx(10.0, abs=0.01)
+
+
+def test_an_offset_that_is_doubted_spreads_what_followed_from_it() -> None:
+    """As if its sigma had been the wider one from the start."""
+    ahead = np.array([0.25, 0.0, 0.01])
+    narrow, wide = make(offset=0.1), make(offset=0.3)
+    for kalman in (narrow, wide):
+        for _ in range(20):
+            kalman.commit(kalman.follow(vision(ahead), 1))
+    narrow.doubt_offset(wide.offset()[1])
+    np.testing.assert_allclose(narrow.keyframe.covariance, wide.keyframe.covariance, rtol=0.02)
+    before = narrow.keyframe
+    narrow.doubt_offset(0.01)
+    assert narrow.keyframe is before, "what is doubted anyway is not made sure"

@@ -26,21 +26,23 @@ class Rollout:
 
 @pytest.fixture(scope="module")
 def rollouts() -> list[Rollout]:
-    """A winding drive for each seed."""
+    """One for each seed."""
+    return [drive(seed=seed, steps=STEPS, speed=0.5) for seed in SEEDS]
+
+
+def drive(*, seed: int, steps: int, speed: float) -> Rollout:
+    """A winding one; speed: a share of the top speed."""
     env = gym.make("grouser/TrackedRobot-v0", sensors=("left", "right", "tracks"))
-    found = []
-    for seed in SEEDS:
-        shown, info = env.reset(seed=seed)
-        observations, poses = [shown], [info["true_pose"]]
-        for k in range(STEPS):
-            winding = 0.15 * np.sin(k / 8)
-            shown, _, _, _, info = env.step(np.array([0.5 - winding, 0.5 + winding], np.float32))
-            observations.append(shown)
-            poses.append(info["true_pose"])
-        truths = between(poses[0], np.array(poses))
-        found.append(Rollout(env.get_wrapper_attr("rig"), observations, truths))
+    shown, info = env.reset(seed=seed)
+    observations, poses = [shown], [info["true_pose"]]
+    for k in range(steps):
+        winding = 0.3 * speed * np.sin(k / 8)
+        action = np.clip([speed - winding, speed + winding], -1, 1).astype(np.float32)
+        shown, _, _, _, info = env.step(action)
+        observations.append(shown)
+        poses.append(info["true_pose"])
     env.close()
-    return found
+    return Rollout(env.get_wrapper_attr("rig"), observations, between(poses[0], np.array(poses)))
 
 
 @pytest.mark.parametrize("tracks", [True, False])
@@ -64,3 +66,35 @@ def test_errors_are_small_and_as_large_as_said(
     # Frames of one run are not independent: three runs are three samples of chi-square(3).
     low, high = mean_bounds(len(SEEDS), confidence=0.998)
     assert low < np.mean(run_nees) < high
+
+
+def told(rollout: Rollout, offset: float, *, tracks: bool) -> dict[str, float]:
+    """The last frame's diagnostics where the rig does not know of an offset [px]."""
+    unseen = set() if tracks else {"tracks"}
+    shown = [{k: o[k] for k in o.keys() - unseen} for o in rollout.observations]
+    rig = rollout.rig.with_overrides({"stereo.disparity_offset": -offset})
+    estimator = make("one-point-ransac", rig)
+    estimator.reset(shown[0], rng=np.random.default_rng(0))
+    return dict([estimator.update(observation) for observation in shown[1:]][-1].diagnostics)
+
+
+@pytest.mark.parametrize("tracks", [True, False])
+def test_a_disparity_offset_is_noticed_and_its_absence_is_not(
+    rollouts: list[Rollout], tracks: bool
+) -> None:
+    """The rig takes its disparities for exact, and from the images alone they are not."""
+    for offset, noticed in ((0.0, 0.0), (0.3, 1.0), (-1.5, 1.0)):
+        for rollout in rollouts:
+            said = told(rollout, offset, tracks=tracks)
+            assert said["disparity_suspect"] == noticed
+            assert said["disparity_offset_px"] == pytest.approx(offset, rel=0.1, abs=0.1)
+            assert said["disparity_offset_sigma_px"] < 0.06
+
+
+def test_a_tenth_of_a_pixel_is_noticed_within_four_metres() -> None:
+    for seed in (0, 1):
+        rollout = drive(seed=seed, steps=80, speed=1.0)
+        for offset in (0.0, 0.1):
+            said = told(rollout, offset, tracks=True)
+            assert said["disparity_suspect"] == float(offset > 0)
+            assert said["disparity_offset_px"] == pytest.approx(offset, abs=0.06)
