@@ -176,7 +176,7 @@ class RelativeFilter:
         S = P[-1, -1] + sigma**2
         gain = P[:, -1] / S
         change = gain * (offset - state.biases[-1])
-        pose = np.append(state.pose[:2] + change[:2], wrap(state.pose[2] + change[2]))
+        pose = np.append(state.pose[:2] + change[:2], wrapped(state.pose[2] + change[2]))
         covariance = P - S * np.outer(gain, gain)
         self.keyframe = FilterState(pose, state.biases + change[3:], covariance)
 

@@ -8,13 +8,13 @@ from grouser.estimators.visual.prediction import TrackScales
 
 def test_errors_of_two_models_follow_each_other() -> None:
     scales, offset = (
-        TrackScales(track=0.04, turn=0.2, side=0.03, walk=1e-3).errors(),
+        TrackScales(track=0.04, turn=0.2, side=0.03, walk=2e-3).errors(),
         disparity_offset(0.1),
     )
     both = scales + offset
     assert both.names == (*scales.names, "disparity offset [px]") and len(both) == 5
     np.testing.assert_array_equal(both.sigmas, [0.04, 0.04, 0.2, 0.03, 0.1])
-    np.testing.assert_array_equal(both.walks, [1e-3, 1e-3, 1e-3, 1e-3, 0.0])
+    np.testing.assert_array_equal(both.walks, [2e-3, 2e-3, 2e-3, 2e-3, 1e-3])
 
 
 def test_no_errors_add_nothing() -> None:
