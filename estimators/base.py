@@ -93,6 +93,8 @@ def readable(
 ) -> dict[str, NDArray[Any]]:
     """The part of an observation that an estimator may see: what it declares, and nothing else.
 
+    Of what it may see, it is also told when that was measured: `<key>_stamp`, where there is one.
+
     The truth is handed over only to an estimator that requires it by name, which the registry
     allows for ground-truth alone.
 
@@ -110,5 +112,6 @@ def readable(
             "a recording without its reference poses has no truth to tell"
         )
     seen = (kind.requires - truth) | (kind.optional & set(observation))
+    seen |= {f"{key}_stamp" for key in seen} & set(observation)
     shown = {key: observation[key] for key in sorted(seen)}
     return shown | {key: info[key] for key in sorted(truth)}

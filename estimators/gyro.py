@@ -1,0 +1,83 @@
+"""What the gyroscope says of the turn since its last reading."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from grouser.checks import require_not_negative
+from grouser.estimators.base import Observation
+from grouser.estimators.visual.constant_errors import ConstantErrors
+from grouser.rig import Imu
+
+_ROUNDING = 1e-6  # s: stamps closer than this are the same time
+
+
+@dataclass(frozen=True, slots=True)
+class GyroOptions:
+    """What is wrong with a gyroscope beside the white noise that the rig states."""
+
+    bias_sigma: float = 0.005
+    """Of its bias at the start, rad/s."""
+    bias_walk: float = 1e-4
+    """How far that wanders, rad/s per square root of a s."""
+    turn_share: float = 0.003
+    """White noise as a share of the turn: scale, and axes that are not quite upright."""
+
+    def __post_init__(self) -> None:
+        require_not_negative(self, "bias_sigma", "bias_walk", "turn_share")
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """The turn between two readings."""
+
+    angle: float
+    """rad"""
+    variance: float
+    """rad^2"""
+    duration: float
+    """s; the error per rad/s of bias"""
+
+
+class Gyro:
+    """Reads the angular rate about the robot's z axis, which is the mean since the last reading."""
+
+    def __init__(self, imu: Imu, dt: float, options: GyroOptions) -> None:
+        """dt: between two observations, s."""
+        self._sigma = imu.sigma_rate
+        self._turn_share = options.turn_share
+        walk = options.bias_walk * math.sqrt(dt)
+        self.errors = ConstantErrors(
+            ("gyroscope's bias [rad/s]",), np.array([options.bias_sigma]), np.array([walk])
+        )
+
+    def reset(self, observation: Observation) -> None:
+        """Start with the first observation, whose reading is of the time before it."""
+        self._read_at, _ = _stamps(observation)
+        self.fresh = True
+
+    def read(self, observation: Observation) -> Turn | None:
+        """The turn since the last reading; None without a new one, or with one of the past.
+
+        `fresh` then says whether there was a new one. A sensor that is dead reads six zeros, which
+        gravity forbids. One that is late says nothing of the motion up to now.
+        """
+        imu = np.asarray(observation["imu"], dtype=np.float64)
+        read_at, now = _stamps(observation)
+        duration = read_at - self._read_at
+        self.fresh = duration > _ROUNDING
+        if not self.fresh:
+            return None
+        self._read_at = read_at
+        if now - read_at > _ROUNDING or not imu.any() or not np.isfinite(imu[5]):
+            return None
+        angle = float(imu[5]) * duration
+        variance = (self._sigma * duration) ** 2 + (self._turn_share * angle) ** 2
+        return Turn(angle, variance, duration)
+
+
+def _stamps(observation: Observation) -> tuple[float, float]:
+    """When the reading was taken, and now, s."""
+    now = float(observation["stamp"][0])
+    return float(observation.get("imu_stamp", observation["stamp"])[0]), now

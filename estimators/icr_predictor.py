@@ -1,0 +1,171 @@
+"""What a filter knows of tracks that turn about unknown centres: increments, and their errors.
+
+Six constant errors: how far the three centres of rotation (see `icr_motion`) lie from where they
+are expected, which Martinez and Mandow (2005) calibrate, and Pentzer, Brennan and Reichard
+("Model-based prediction of skid-steer robot kinematics using online estimation of track
+instantaneous centers of rotation", J. Field Robotics 31, 2014) estimate online; and the scale
+errors of the tracks and a slip across, which a straight drive tells apart from them.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from grouser.checks import require_not_negative, require_positive
+from grouser.estimators.base import Observation
+from grouser.estimators.icr_motion import (
+    exp_jacobian,
+    icr_twist,
+    icr_twist_jacobians,
+    mirrored,
+    mirrored_jacobian,
+)
+from grouser.estimators.track_motion import SideSlip, TrackNoise, observed_increments
+from grouser.estimators.visual.constant_errors import ConstantErrors
+from grouser.estimators.visual.prediction import Increment, MotionPredictor
+from grouser.geometry import Array, exp
+from grouser.rig import TrackGeometry
+
+_CENTRES, _SCALES, _SIDE = slice(0, 3), slice(3, 5), 5
+
+
+@dataclass(frozen=True, slots=True)
+class IcrOptions:
+    """How uncertain the centres are, and what else is uncertain about a track."""
+
+    centre_sigma: float = 0.1
+    """Of y_left and of y_right at the start, as a share of half the effective width."""
+    ahead_sigma: float = 0.05
+    """Of x at the start, m."""
+    centre_walk: float = 1.5e-3
+    """How far each centre wanders in one frame, m: ground and radius change."""
+    scale_sigma: float = 0.01
+    """Of a track's scale error; 0 gives the kinematics of the papers."""
+    scale_walk: float = 1e-4
+    """How far it wanders in one frame."""
+    side_sigma: float = 0.02
+    """Of the motion across, m per m along: on a slope the robot slides to one side."""
+    side_walk: float = 5e-4
+    """How far that wanders in one frame."""
+    track_noise: float = 0.015
+    """White noise of a track's increment, as a share of it."""
+    track_noise_floor: float = 2e-4
+    """The same at rest, m."""
+    transient_noise: float = 0.3
+    """The same, as a share of the increment's change since the last one: the shear in the ground
+    follows the tracks late."""
+    turn_noise: float = 0.02
+    """White noise of a turn, as a share of it: slip that comes and goes."""
+    side_slip: float = 0.01
+    """White sideways slip, m per m forward."""
+    side_slip_turning: float = 0.005
+    """The same, m per rad."""
+    mirrored: bool = True
+    """The centres are mirrored with the course, as `icr_motion.mirrored` says; without, they stay
+    where they are in all curves, as in the papers."""
+
+    def __post_init__(self) -> None:
+        require_positive(self, "centre_sigma")
+        require_not_negative(
+            self,
+            "ahead_sigma",
+            "centre_walk",
+            "scale_sigma",
+            "scale_walk",
+            "side_sigma",
+            "side_walk",
+            "track_noise",
+            "track_noise_floor",
+            "transient_noise",
+            "turn_noise",
+            "side_slip",
+            "side_slip_turning",
+        )
+
+
+class IcrPredictor(MotionPredictor):
+    """Tracks measure the increment, about centres that the filter estimates."""
+
+    measures = True
+
+    def __init__(self, tracks: TrackGeometry, options: IcrOptions) -> None:
+        half, far = tracks.effective_width / 2, options.centre_walk
+        self._expected = np.array([half, -half, 0.0])
+        centre, scale = options.centre_sigma * half, options.scale_sigma
+        scale_walk = options.scale_walk if scale > 0 else 0.0
+        side_walk = options.side_walk if options.side_sigma > 0 else 0.0
+        self.errors = ConstantErrors(
+            (
+                "left ICR [m]",
+                "right ICR [m]",
+                "x of the ICRs [m]",
+                "left scale",
+                "right scale",
+                "side slip",
+            ),
+            np.array([centre, centre, options.ahead_sigma, scale, scale, options.side_sigma]),
+            np.array([far, far, far, scale_walk, scale_walk, side_walk]),
+        )
+        self._options = options
+        self._noise = TrackNoise(options.track_noise, options.track_noise_floor)
+        self._side_slip = SideSlip(options.side_slip, options.side_slip_turning)
+        self._last = np.zeros(2)
+
+    def predict(self, observation: Observation, biases: Array) -> Increment:
+        measured = observed_increments(observation)
+        du = measured * (1 + biases[_SCALES])
+        of_left_curve, M = self._expected + biases[_CENTRES], self._course(du)
+        centres = M @ of_left_curve
+        twist = icr_twist(du, centres)
+        twist_by_du, twist_by_centres = icr_twist_jacobians(du, centres)
+        if self._options.mirrored:
+            twist_by_du = twist_by_du + twist_by_centres @ mirrored_jacobian(du, of_left_curve)
+        across = _across(biases[_SIDE])
+        by_twist, straight = across @ exp_jacobian(twist), exp(twist)
+        by_du = by_twist @ twist_by_du
+        by_side = [-straight[1], straight[0], 0.0]
+        by_biases = np.column_stack([by_twist @ twist_by_centres @ M, by_du * measured, by_side])
+        covariance = self._covariance(du, measured - self._last, twist, by_du, by_twist)
+        self._last = measured.copy()
+        return Increment(across @ straight, covariance, by_biases)
+
+    def learn(self, increment: Array | None) -> None:
+        """The tracks need to know no more than their last increment."""
+
+    def centres(self, du: Array, biases: Array, covariance: Array) -> tuple[Array, Array]:
+        """The centres (3,) of the course that the tracks run, and their covariance (3, 3).
+
+        Args:
+            du: (2,) increments, m.
+            biases, covariance: the constant errors (6,) as estimated, and their covariance (6, 6).
+        """
+        M = self._course(du * (1 + biases[_SCALES]))
+        return M @ (self._expected + biases[_CENTRES]), M @ covariance[_CENTRES, _CENTRES] @ M.T
+
+    def _course(self, du: Array) -> Array:
+        return mirrored(du) if self._options.mirrored else np.eye(3)
+
+    def _covariance(
+        self, du: Array, change: Array, twist: Array, by_du: Array, by_twist: Array
+    ) -> Array:
+        by_turn, turn = by_twist[:, 2], float(twist[2])
+        of_tracks = self._noise.covariance(du)
+        of_tracks += np.diag((self._options.transient_noise * change) ** 2)
+        covariance = by_du @ of_tracks @ by_du.T
+        covariance += (self._options.turn_noise * turn) ** 2 * np.outer(by_turn, by_turn)
+        return np.asarray(covariance + self._side_slip.covariance(turn, float(twist[0])))
+
+
+def _across(slip: float) -> Array:
+    """(3, 3) what adds a slip to the left of so much of the way, at right angles to the chord."""
+    return np.array([[1.0, -slip, 0.0], [slip, 1.0, 0.0], [0.0, 0.0, 1.0]])
+
+
+def tell_centres(centres: Array, covariance: Array) -> dict[str, float]:
+    """Diagnostics: the centres and the effective width, each with its sigma, m."""
+    by_centres = np.vstack([np.eye(3), [1.0, -1.0, 0.0]])
+    values = by_centres @ centres
+    sigmas = np.sqrt(np.diag(by_centres @ covariance @ by_centres.T))
+    names = ("icr_left", "icr_right", "icr_x", "effective_width")
+    told = dict(zip(names, values.tolist(), strict=True))
+    return told | {f"{n}_sigma": s for n, s in zip(names, sigmas.tolist(), strict=True)}

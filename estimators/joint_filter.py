@@ -1,0 +1,158 @@
+"""Kalman filter of whatever predicts, relative poses, a gyroscope and satellite fixes.
+
+Zhu et al. (reference [6] of the first paper) filter visual odometry, an inertial unit and satellite
+fixes; Pentzer et al. (2014) tracks with unknown centres of rotation and a pose. This is both: the
+biases are the constant errors of the predictor, then the gyroscope's bias [rad/s], and last the
+cameras' disparity offset [px].
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from grouser.estimators.base import Observation
+from grouser.estimators.gyro import Gyro
+from grouser.estimators.joint_state import JointState
+from grouser.estimators.position_fixes import PositionFixes
+from grouser.estimators.visual.constant_errors import (
+    NO_ERRORS,
+    ConstantErrors,
+    disparity_offset,
+)
+from grouser.estimators.visual.fusion import SLIP_GATE, RelativePose
+from grouser.estimators.visual.prediction import Increment
+from grouser.geometry import Array
+
+TURN_GATE, POSITION_GATE = 10.83, 13.82
+"""chi-square of 1 and 2 degrees of freedom at 99.9 %"""
+_SLIP_INFLATION = 100.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Heard:
+    """What gyroscope and receiver did to the state."""
+
+    turn_nis: float = np.nan
+    """Of the gyroscope's turn; beyond TURN_GATE the prediction slipped."""
+    fix_nis: float = np.nan
+    """Of the fix; beyond POSITION_GATE it was rejected."""
+
+    @property
+    def slipped(self) -> bool:
+        """The gyroscope disagreed with the prediction."""
+        return self.turn_nis > TURN_GATE
+
+    @property
+    def fixed(self) -> bool:
+        """A fix was taken into account."""
+        return self.fix_nis <= POSITION_GATE
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointFused:
+    """The state after a relative pose."""
+
+    state: JointState
+    nis: float
+    """NaN where there was none"""
+    slipped: bool
+
+
+class JointFilter:
+    """Predicts, hears gyroscope and receiver, and looks at relative poses.
+
+    What is heard stays. A relative pose is of the keyframe, whose errors all of them share: so each
+    gives an estimate of its own, `fuse`, and only the one that `commit` is called with stays.
+    """
+
+    def __init__(
+        self,
+        errors: ConstantErrors,
+        *,
+        gyro: Gyro | None,
+        fixes: PositionFixes | None,
+        disparity_sigma: float = 0.0,
+    ) -> None:
+        """
+        Args:
+            errors: the predictor's.
+            disparity_sigma: how well the disparity offset is known, px.
+        """
+        self._gyro, self._fixes = gyro, fixes
+        self._errors = errors + (gyro.errors if gyro else NO_ERRORS)
+        self._every = self._errors + disparity_offset(disparity_sigma)
+        self._predicted = len(errors)
+
+    def reset(self, observation: Observation) -> None:
+        """Start at pose zero with the first observation."""
+        self.state = JointState.at_start(self._every.sigmas)
+        self._at = float(observation["stamp"][0])
+        if self._gyro:
+            self._gyro.reset(observation)
+        if self._fixes:
+            self._fixes.reset(observation)
+
+    def of_predictor(self) -> tuple[Array, Array]:
+        """Its constant errors (n,) as estimated, and their covariance (n, n)."""
+        n = self._predicted
+        return self.state.biases[:n], self.state.bias_covariance[:n, :n]
+
+    @property
+    def gyro_bias(self) -> tuple[float, float]:
+        """rad/s, and its sigma; NaN without a gyroscope."""
+        if self._gyro is None:
+            return np.nan, np.nan
+        k = self._predicted
+        return float(self.state.biases[k]), float(np.sqrt(self.state.bias_covariance[k, k]))
+
+    def predict(self, increment: Increment) -> None:
+        """One increment on."""
+        self.state = self.state.then(increment).wandered(self._every.walks)
+
+    def hear(self, observation: Observation) -> Heard:
+        """Take the turn and the fix of an observation into account, where there are new ones."""
+        turn_nis = self._hear_turn(self._gyro, observation) if self._gyro else np.nan
+        fix_nis = self._hear_fix(self._fixes, observation) if self._fixes else np.nan
+        return Heard(turn_nis, fix_nis)
+
+    def fuse(self, seen: RelativePose) -> JointFused:
+        """With the pose as seen from the keyframe; beyond the gate the prediction slipped."""
+        by_biases = np.zeros((3, len(self._every)))
+        by_biases[:, -1] = seen.by_disparity
+        measurement = self.state.sees_relative(seen.pose, seen.covariance, by_biases)
+        nis = self.state.nis(measurement)
+        slipped = nis > SLIP_GATE
+        state = self.state.doubted(_SLIP_INFLATION) if slipped else self.state
+        return JointFused(state.corrected(measurement), nis, slipped)
+
+    def coast(self, inflation: float = 1.0) -> JointFused:
+        """Without one; the increments since the keyframe are trusted less by an inflation."""
+        return JointFused(self.state.doubted(inflation), np.nan, False)
+
+    def commit(self, fused: JointFused) -> None:
+        """The pose now becomes the keyframe."""
+        self.state = fused.state.with_keyframe()
+
+    def _hear_turn(self, gyro: Gyro, observation: Observation) -> float:
+        turn, nis = gyro.read(observation), np.nan
+        if turn is not None:
+            by_biases = np.zeros(len(self._every))
+            by_biases[self._predicted] = turn.duration
+            measurement = self.state.sees_turn(turn.angle, turn.variance, by_biases)
+            nis = self.state.nis(measurement)
+            if nis > TURN_GATE:
+                self.state = self.state.doubted(_SLIP_INFLATION)
+            self.state = self.state.corrected(measurement)
+        if gyro.fresh:
+            self.state = self.state.with_mark()
+        return nis
+
+    def _hear_fix(self, fixes: PositionFixes, observation: Observation) -> float:
+        fix = fixes.new(observation, self.state.pose[:2])
+        if fix is None:
+            return np.nan
+        measurement = self.state.sees_position(fix.position, fixes.sigma)
+        nis = self.state.nis(measurement)
+        if nis <= POSITION_GATE:
+            self.state = self.state.corrected(measurement)
+        return nis
