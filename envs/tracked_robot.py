@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from grouser.envs.sensors.schedule import Fault, Schedule
 from grouser.envs.sensors.suite import DEFAULT_SENSORS, SENSORS, SensorSuite, known_sensors
 from grouser.envs.simulation.chase import ChaseView
-from grouser.envs.simulation.motion import instantaneous_centres, longitudinal_slip
 from grouser.envs.simulation.renderers.registry import installed_renderer
 from grouser.envs.simulation.robot import TrackedRobot
 from grouser.envs.simulation.robot_model import RobotModel
@@ -22,7 +21,8 @@ from grouser.envs.simulation.world import World
 from grouser.envs.simulation.worlds.recipe import WorldRecipe
 from grouser.envs.tracked_robot_arguments import checked_action, checked_image_size, known_mode
 from grouser.envs.tracked_robot_state import SavedGenerator, TrackedRobotState
-from grouser.geometry import Array, inverse_transform, project
+from grouser.envs.tracked_robot_truth import Truth
+from grouser.geometry import Array
 from grouser.kernels import announce
 from grouser.rig import Rig
 
@@ -261,27 +261,12 @@ class TrackedRobotEnv(gym.Env[Observation, Action]):
         return self._suite.observe(self._motion, time, self._schedule.at(time))
 
     def _info(self) -> dict[str, Any]:
-        motion = self._motion
-        T_start_base = self._T_start_world @ motion.T_world_base
-        icr = instantaneous_centres(motion)
-        return {
-            "true_pose": project(T_start_base),
-            "true_pose_3d": T_start_base,
-            "true_twist": motion.twist.copy(),
-            "track_speed": motion.track_speed.copy(),
-            "slip": longitudinal_slip(motion, self._model.tracks.gauge),
-            "icr": icr,
-            "effective_width": float(icr[0] - icr[1]),
-            "contacts": motion.contacts,
-            "collision": motion.collision,
-            "start_pose": self._start_pose.copy(),
-        }
+        return self._truth.of(self._motion)
 
     def _locate(self, T_world_start: Array) -> None:
         """The frame of the start is here."""
         self._T_world_start = T_world_start
-        self._T_start_world = inverse_transform(T_world_start)
-        self._start_pose = project(T_world_start)
+        self._truth = Truth(T_world_start, gauge=self._model.tracks.gauge)
 
     def _take(self, world: World) -> None:
         """From here on this is the world."""

@@ -1,47 +1,40 @@
-"""Many robots at once, each in a process of its own: what `gym.make_vec` makes by default.
+"""Many robots at once, in as many processes as there are processors: what `gym.make_vec` makes."""
 
-A step lasts a few milliseconds, which is short for a scheduler: left alone, it often keeps two busy
-workers on one processor and leaves another idle. So the processors are dealt out among the workers.
-"""
-
-import os
 from functools import partial
 from typing import Any
 
 import gymnasium as gym
-from gymnasium.vector import AsyncVectorEnv
+from gymnasium.vector import AutoresetMode
+
+from grouser.envs.fleet.robot_vector import RobotVectorEnv
+from grouser.envs.tracked_robot_truth import TRUTH
 
 _ID = "grouser/TrackedRobot-v0"
 
 
-def tracked_robots(num_envs: int, *, context: str | None = None, **options: Any) -> AsyncVectorEnv:
-    """Tracked robots in processes of their own.
+def tracked_robots(
+    num_envs: int,
+    *,
+    context: str | None = None,
+    copy: bool = True,
+    autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
+    **options: Any,
+) -> RobotVectorEnv:
+    """Tracked robots; the n-th, seeded with s + n, shows the bits of a single one.
 
     Args:
         num_envs: how many.
         context: how processes start, as multiprocessing has it: "fork", "spawn" or "forkserver".
+        copy: return observations in memory of their own; else the next step writes over them.
+        autoreset_mode: when a robot whose episode ended (by a wrapper) starts a new one.
         options: those of `TrackedRobotEnv`.
     """
-    makers = [
-        partial(_make, os.getpid(), processors(index, num_envs), options)
-        for index in range(num_envs)
-    ]
-    return AsyncVectorEnv(makers, context=context)
-
-
-def processors(index: int, of: int) -> frozenset[int]:
-    """Those of this process's processors that one of so many workers gets: a fair share, or one of
-    them where there are more workers; none where the system does not let processes choose."""
-    if not hasattr(os, "sched_getaffinity"):  # macOS, Windows
-        return frozenset()
-    own = sorted(os.sched_getaffinity(0))
-    if of >= len(own):
-        return frozenset({own[index % len(own)]})
-    return frozenset(own[index * len(own) // of : (index + 1) * len(own) // of])
-
-
-def _make(parent: int, share: frozenset[int], options: dict[str, Any]) -> gym.Env[Any, Any]:
-    """An environment; the vector asks its own process for one, too, which keeps all it has."""
-    if share and os.getpid() != parent:
-        os.sched_setaffinity(0, share)
-    return gym.make(_ID, **options)
+    return RobotVectorEnv(
+        [partial(gym.make, _ID, **options)] * num_envs,
+        info=TRUTH,
+        context=context,
+        copy=copy,
+        autoreset_mode=autoreset_mode,
+        # OpenGL does not survive a fork: were it at work here, no other vector could be made.
+        caller_steps=options.get("renderer") != "opengl",
+    )

@@ -10,7 +10,7 @@ from typing import Any
 
 import cv2
 
-from grouser.envs.vector import processors
+from grouser.envs.fleet.shares import processors
 from grouser.scripts.reproduction.experiment import Experiment
 from grouser.scripts.reproduction.store import ExperimentStore
 

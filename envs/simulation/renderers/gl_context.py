@@ -45,7 +45,7 @@ def shared_context() -> Any:
     if _CONTEXT["owner"] != os.getpid():
         raise RuntimeError(
             "OpenGL had drawn in the process that this one was forked from, and its drivers do "
-            "not survive a fork: start processes by spawn (AsyncVectorEnv(..., context='spawn')), "
+            "not survive a fork: start processes by spawn (gym.make_vec(..., context='spawn')), "
             "draw only after the fork, or use renderer='raster'"
         )
     return _CONTEXT["context"]
