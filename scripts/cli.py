@@ -8,6 +8,7 @@ from typing import Protocol
 import tyro
 
 from grouser import __version__
+from grouser.scripts.calibrate import Calibrate
 from grouser.scripts.compare import Compare
 from grouser.scripts.reproduce import Reproduce
 from grouser.scripts.skid_steer import SkidSteer
@@ -22,6 +23,7 @@ class _Command(Protocol):
 
 COMMANDS: dict[str, Callable[..., _Command]] = {
     "compare": Compare,
+    "calibrate": Calibrate,
     "worlds": Worlds,
     "skid-steer": SkidSteer,
     "reproduce": Reproduce,

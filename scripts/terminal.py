@@ -1,8 +1,9 @@
 """What the commands show on a terminal, and what in a file or a pipe."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import TypeVar
 
 from rich.console import Console
 from rich.progress import (
@@ -13,6 +14,8 @@ from rich.progress import (
     TextColumn,
     TimeRemainingColumn,
 )
+
+PartT = TypeVar("PartT")
 
 _PLAIN_WIDTH = 100
 
@@ -37,6 +40,12 @@ class Bar:
     def advance(self, parts: int = 1) -> None:
         """So many more of the total are done."""
         self._progress.advance(self._task, parts)
+
+    def over(self, parts: Iterable[PartT]) -> Iterator[PartT]:
+        """These, each of which advances the bar."""
+        for part in parts:
+            yield part
+            self.advance()
 
 
 @contextmanager

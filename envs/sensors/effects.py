@@ -60,6 +60,9 @@ _OF_THE_PAIR = {
     "miscalibration_yaw": Effect(
         0.0, "rad", "the right eye looks to the left by this from where the rig says", 0.2, -0.2
     ),
+    "disparity_offset": Effect(
+        0.0, "px", "by this all disparities are larger than the rig says", 8.0, -8.0
+    ),
     "desynchronisation": Effect(0.0, "s", "how much older the right image is", 0.1),
 }
 

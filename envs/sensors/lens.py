@@ -14,6 +14,7 @@ Picture = NDArray[np.float32]
 Image = NDArray[np.uint8]
 
 _NEWTON_STEPS = 30
+_LOBES = 4
 _GLARE_ANGLE = np.radians(20)
 """Around the sun within which its veil falls to 1 / e."""
 
@@ -80,6 +81,21 @@ def defocused(picture: Picture, sigma: float) -> Picture:
         return picture
     blurred = cv2.GaussianBlur(picture, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE)
     return np.asarray(blurred, dtype=np.float32).reshape(picture.shape)
+
+
+def displaced(picture: Picture | Image, columns: float) -> Picture:
+    """The picture moved to the right by columns [px], sharp at fractions of a pixel too.
+
+    Lanczos's kernel of 4 lobes; OpenCV's own is rounded to 1/32 px.
+    """
+    reach = int(np.ceil(abs(columns))) + _LOBES
+    off = np.arange(-reach, reach + 1) + columns
+    weights = np.where(np.abs(off) < _LOBES, np.sinc(off) * np.sinc(off / _LOBES), 0.0)
+    weights /= weights.sum()
+    moved = cv2.sepFilter2D(
+        picture.astype(np.float32), -1, weights, np.ones(1), borderType=cv2.BORDER_REPLICATE
+    )
+    return np.asarray(moved, dtype=np.float32).reshape(picture.shape)
 
 
 def _undistorted(bent: Array, k1: float) -> Array:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from grouser.envs.sensors.base import Reading, Sensor
 from grouser.envs.sensors.eye import Eye, EyeEffects, EyeMemory, Scene
-from grouser.envs.sensors.lens import Lens
+from grouser.envs.sensors.lens import Lens, displaced
 from grouser.envs.sensors.shutter import Shutter
 from grouser.envs.sensors.streams import Streams
 from grouser.envs.simulation.motion import Motion
@@ -122,10 +122,13 @@ class Stereo(Sensor):
         poses = [_pose(motion, age) @ mounts[eye] for eye in self._eyes for age in ages[eye]]
         drawn = iter(self._renderer.images(poses))
         pictures = {eye: list(islice(drawn, len(ages[eye]))) for eye in self._eyes}
-        return {
+        light = {
             eye: shown[0] if shutters[eye].is_instant else shutters[eye].expose(shown, ages[eye])
             for eye, shown in pictures.items()
         }
+        if "right" in light and amounts["stereo.disparity_offset"] != 0:
+            light["right"] = displaced(light["right"], -amounts["stereo.disparity_offset"])
+        return light
 
     def _scene(self, motion: Motion, eye: str, effects: EyeEffects) -> Scene:
         memory = self._memory

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Generic
 
 import numpy as np
@@ -28,12 +29,32 @@ from grouser.estimators.visual.single_pose import (
     compose,
     compose_jacobians,
 )
+from grouser.estimators.visual.structure import OffsetEvidence
 from grouser.geometry import Array
 
 PredictorFactory = Callable[[Observation], MotionPredictor]
 """Makes the predictor that the first observation has the means for."""
 FilterFactory = Callable[[ConstantErrors], RelativeFilter]
 """Makes the filter for a predictor with these constant errors."""
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """What vision said of the way from one keyframe to the next."""
+
+    stamp: float
+    """At its end, s"""
+    seen: RelativePose | None
+    """None where vision failed."""
+    evidence: OffsetEvidence | None
+    """Of the disparity offset; None where the points tell nothing."""
+
+
+OnKeyframe = Callable[[Leg], None]
+
+
+def _nobody(leg: Leg) -> None:
+    """Nobody wants to know."""
 
 
 class KeyframeOdometry(Generic[FrameT, KeyframeT]):
@@ -54,12 +75,15 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         mount_sigma: Array,
         rule: KeyframeRule,
         lost_after: float,
+        on_keyframe: OnKeyframe = _nobody,
     ) -> None:
         """
         Args:
             mount_sigma: (6,) how well the camera's place on the robot is known.
             lost_after: s.
+            on_keyframe: called with every leg, for whoever calibrates.
         """
+        self._on_keyframe = on_keyframe
         self._frontend = frontend
         self._sight = sight
         self._make_predictor = make_predictor
@@ -122,7 +146,9 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         }
         if self._rule.replaces(relative, sight, frames=age, failures=self._failures):
             self._filter.commit(fused)
-            self._check.take(self._sight.disparity_offset(sight), self._filter)
+            evidence = self._sight.disparity_offset(sight)
+            self._check.take(evidence, self._filter)
+            self._on_keyframe(Leg(float(observation["stamp"][0]), seen, evidence))
             self._start_from(frame, pose_3d)
         return PoseEstimate(
             pose=fused.state.pose.copy(),

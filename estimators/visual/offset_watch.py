@@ -1,5 +1,6 @@
 """Are the disparities off by a constant? What many keyframes say of it together."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,14 +47,19 @@ class OffsetWatch:
     @property
     def estimate(self) -> OffsetEstimate | None:
         """None while there are too few keyframes."""
-        n = len(self._seen)
-        if n < _FEWEST:
-            return None
-        offsets = np.array([evidence.offset for evidence in self._seen])
-        sigmas = np.hypot([evidence.sigma for evidence in self._seen], _SCATTER)
-        off = np.abs(offsets - np.median(offsets)) / sigmas
-        weights = 1 / (sigmas**2 * np.maximum(1.0, off / _OUTLIER))
-        weights /= weights.sum()
-        mean = float(weights @ offsets)
-        scatter = np.sqrt(np.sum((weights * (offsets - mean)) ** 2) * n / (n - 1))
-        return OffsetEstimate(mean, float(np.hypot(scatter, SYSTEMATIC)))
+        return together(self._seen)
+
+
+def together(seen: Sequence[OffsetEvidence]) -> OffsetEstimate | None:
+    """What keyframes say with one another; None where there are too few."""
+    n = len(seen)
+    if n < _FEWEST:
+        return None
+    offsets = np.array([evidence.offset for evidence in seen])
+    sigmas = np.hypot([evidence.sigma for evidence in seen], _SCATTER)
+    off = np.abs(offsets - np.median(offsets)) / sigmas
+    weights = 1 / (sigmas**2 * np.maximum(1.0, off / _OUTLIER))
+    weights /= weights.sum()
+    mean = float(weights @ offsets)
+    scatter = np.sqrt(np.sum((weights * (offsets - mean)) ** 2) * n / (n - 1))
+    return OffsetEstimate(mean, float(np.hypot(scatter, SYSTEMATIC)))

@@ -37,6 +37,7 @@ def test_each_effect_of_either_eye_is_one_of_both() -> None:
         "stereo.gain_mismatch",
         "stereo.miscalibration",
         "stereo.miscalibration_yaw",
+        "stereo.disparity_offset",
         "stereo.desynchronisation",
     }
 

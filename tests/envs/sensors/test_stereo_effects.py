@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from grouser.envs.sensors.base import Reading
 from grouser.envs.sensors.eye import Eye, EyeEffects, EyeMemory, Scene
-from grouser.envs.sensors.lens import Lens
+from grouser.envs.sensors.lens import Lens, displaced
 from grouser.envs.sensors.stereo import EYES, Stereo
 from grouser.envs.sensors.streams import Streams
 from grouser.envs.simulation.motion import Motion
@@ -149,6 +149,28 @@ def test_a_right_eye_that_looks_up_or_aside_moves_its_picture_by_f_times_the_ang
     np.testing.assert_allclose(moved, [CAMERA.fx * angle, 0], atol=0.06)
     for shown in (up, left):
         assert np.array_equal(shown["left"], straight["left"])
+
+
+@pytest.mark.parametrize("offset", [0.1, -0.5, 1.5, 2.0])
+def test_a_disparity_offset_makes_all_disparities_larger(offset: float) -> None:
+    rest = at_rest(np.eye(4))
+    straight, off = (seen(Beacon(), rest, e) for e in ({}, {"stereo.disparity_offset": offset}))
+    assert np.array_equal(off["left"], straight["left"])
+    moved = centroid(off["right"]) - centroid(straight["right"])
+    np.testing.assert_allclose(moved, [-offset, 0.0], atol=0.01)
+
+
+def test_a_displaced_picture_keeps_its_detail() -> None:
+    """Waves down to five pixels, as a camera's optics let through, and their phase."""
+    column = np.arange(200.0)
+    for period in (5.0, 20.0):
+        for shift in (0.25, -1.5):
+            wave = 100 + 50 * np.sin(2 * np.pi * column / period)
+            expected = 100 + 50 * np.sin(2 * np.pi * (column - shift) / period)
+            picture = np.tile(wave.astype(np.float32)[None, :, None], (8, 1, 1))
+            moved = displaced(picture, shift)
+            assert moved.shape == picture.shape
+            assert np.abs(moved[4, 10:-10, 0] - expected[10:-10]).max() < 1.0
 
 
 # --- one eye -------------------------------------------------------------------------------------
