@@ -114,15 +114,18 @@ class KeyframeSight(Generic[FrameT, KeyframeT]):
             expected: where to search.
             prior: what to believe besides; independent of what was seen of this keyframe before.
         """
-        mean, covariance, width = self._search_prior(keyframe, expected, prior)
-        sight = self._try(keyframe, frame, mean, covariance, prior, rng)
+        mean, covariance = self._search_prior(expected, prior)
+        prediction = self._predict(keyframe, mean, covariance)
+        sight = self._try(keyframe, frame, prediction, prior, rng)
+        width = self._width(prediction)
         if sight.motion is None:
             # Tracks that slip lead the search astray, and a kerb tilts the robot as no ground does.
             width, prior = np.inf, prior.widened(_ASTRAY)
-            astray = covariance + np.diag(_ASTRAY**2)
-            sight = self._try(keyframe, frame, mean, astray, prior, rng)
+            astray = self._predict(keyframe, mean, covariance + np.diag(_ASTRAY**2))
+            sight = self._try(keyframe, frame, astray, prior, rng)
         if width > _WIDE_SEARCH and sight.motion is not None:
-            again = self._try(keyframe, frame, sight.motion, sight.covariance, prior, rng)
+            narrow = self._predict(keyframe, sight.motion, sight.covariance)
+            again = self._try(keyframe, frame, narrow, prior, rng)
             sight = again if again.motion is not None else sight
         return sight
 
@@ -142,19 +145,20 @@ class KeyframeSight(Generic[FrameT, KeyframeT]):
             camera=self._intrinsics,
         )
 
-    def _search_prior(
-        self, keyframe: KeyframeT, expected: Expectation, prior: MotionPrior
-    ) -> tuple[Array, Array, float]:
-        """Mean (6,) and covariance (6, 6) of the motion, and half the search width, px / 320."""
+    def _search_prior(self, expected: Expectation, prior: MotionPrior) -> tuple[Array, Array]:
+        """Mean (6,) and covariance (6, 6) of the motion: on the plane as expected."""
         mean = np.concatenate([pose_motion(expected.pose), prior.mean[3:]])
-        covariance = np.diag(np.concatenate([np.zeros(2), prior.sigma[2:] ** 2]))
+        covariance = np.diag(np.concatenate([np.zeros(3), prior.sigma[3:] ** 2]))
         to_motion = pose_to_motion(expected.pose)
         covariance[:3, :3] += to_motion @ expected.covariance @ to_motion.T
-        if len(keyframe.points) == 0:
-            return mean, covariance, 0.0
-        spread = self._predict(keyframe, mean, covariance).covariance
-        width = 3 * float(np.sqrt(np.nanmedian(spread[:, 0, 0])))
-        return mean, covariance, width * 320 / self._camera.width
+        return mean, covariance
+
+    def _width(self, prediction: Prediction) -> float:
+        """Half the width of the search, px in an image 320 px wide."""
+        if len(prediction.points) == 0:
+            return 0.0
+        width = 3 * float(np.sqrt(np.nanmedian(prediction.covariance[:, 0, 0])))
+        return width * 320 / self._camera.width
 
     def _predict(self, keyframe: KeyframeT, mean: Array, covariance: Array) -> Prediction:
         camera = self._camera
@@ -173,14 +177,12 @@ class KeyframeSight(Generic[FrameT, KeyframeT]):
         self,
         keyframe: KeyframeT,
         frame: FrameT,
-        mean: Array,
-        covariance: Array,
+        prediction: Prediction,
         prior: MotionPrior,
         rng: np.random.Generator,
     ) -> Sight:
         """Match, solve, refine; blind where too few points are left after a stage."""
         started = time.perf_counter()
-        prediction = self._predict(keyframe, mean, covariance)
         matches = self._frontend.match(keyframe, frame, prediction)
         matched = time.perf_counter()
         told = _told_of_matches(matches) | {"ms_matching": 1e3 * (matched - started)}

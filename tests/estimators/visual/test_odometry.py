@@ -11,6 +11,7 @@ import pytest
 from grouser.estimators import PoseEstimate, Status, make
 from grouser.estimators.base import Observation
 from grouser.estimators.synthetic_drive import RIG, Drive, synthetic_drive
+from grouser.estimators.visual.image_frontend import ImageFrontend
 from grouser.estimators.visual.odometry import VisualOdometry
 from grouser.geometry import Array, between, project, wrap
 from grouser.rig import Rig
@@ -51,6 +52,34 @@ def test_the_error_is_below_a_percent_of_the_way(solver: str, tracks: bool) -> N
         assert np.abs(error[:, 2]).max() < np.radians(0.2)
         assert {e.status for e in estimates} == {Status.TRACKING}
         assert not any(e.diagnostics["slipped"] for e in estimates[1:])
+
+
+def test_where_the_tracks_say_where_to_look_one_look_is_enough(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Each further search costs as much as the first; a vague prior of the side widens none."""
+    looks, match = [], ImageFrontend.match
+
+    def counted(self: ImageFrontend, *seen: Any) -> Any:
+        looks.append(seen)
+        return match(self, *seen)
+
+    monkeypatch.setattr(ImageFrontend, "match", counted)
+    run(drive().observations)
+    assert len(looks) == FRAMES - 1
+
+
+@pytest.mark.parametrize(("quality", "fewest", "most"), [("fast", 20, 40), ("high", 80, 200)])
+def test_quality_says_how_many_points_are_used(quality: str, fewest: int, most: int) -> None:
+    matches = [e.diagnostics["matches"] for e in run(drive(4).observations, quality=quality)[1:]]
+    assert fewest < min(matches) and max(matches) <= most
+
+
+def test_explicit_options_override_the_quality() -> None:
+    room = drive(4)
+    estimates = run(room.observations, quality="fast", max_points=64, corners=900)
+    expected = run(room.observations)
+    assert [e.pose.tobytes() for e in estimates] == [e.pose.tobytes() for e in expected]
 
 
 def test_the_stages_are_parts_of_the_update() -> None:
@@ -224,6 +253,10 @@ def test_the_registered_names_choose_the_solver() -> None:
         (
             lambda: VisualOdometry(RIG, refinement="flat"),  # type: ignore[arg-type]
             "refinement must be one of 'spatial', 'planar', got 'flat'",
+        ),
+        (
+            lambda: VisualOdometry(RIG, quality="best"),
+            "quality must be one of 'fast', 'standard', 'high', got 'best'",
         ),
         (
             lambda: VisualOdometry(RIG, max_points=5),
