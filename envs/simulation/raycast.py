@@ -63,28 +63,49 @@ def _meet_upright_things(
     origins: Any, directions: Any, reach: float, things: Any, out: Any
 ) -> None:
     near, gap = _nearest_first(origins, directions, reach, things)
+    n = directions.shape[0]
+    ox, oy, dx, dy, level = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     several = origins.shape[0] > 1
-    for i in range(directions.shape[0]):
+    for i in range(n):
         o = i if several else 0
-        ox, oy, oz = origins[o, 0], origins[o, 1], origins[o, 2]
-        dx, dy, dz = directions[i, 0], directions[i, 1], directions[i, 2]
-        level = math.sqrt(dx * dx + dy * dy)
-        nearest = reach
-        for k in range(near.shape[0]):
-            if gap[k] > nearest * level:
-                break  # all that follow are farther
-            # Most things lie aside of the ray or behind it, seen from above.
-            to_x, to_y, around = near[k, _X] - ox, near[k, _Y] - oy, near[k, _AROUND]
-            if abs(dx * to_y - dy * to_x) > around or dx * to_x + dy * to_y < -around:
+        ox[i], oy[i], dx[i], dy[i] = (
+            origins[o, 0],
+            origins[o, 1],
+            directions[i, 0],
+            directions[i, 1],
+        )
+        level[i] = math.sqrt(dx[i] * dx[i] + dy[i] * dy[i])
+        out[i] = reach
+    toward = np.empty(n, dtype=np.bool_)
+    for k in range(near.shape[0]):
+        thing, x, y = near[k], near[k, _X], near[k, _Y]
+        _look_toward(x, y, thing[_AROUND], gap[k], ox, oy, dx, dy, level, out, toward)
+        for i in range(n):
+            if not toward[i]:
                 continue
-            if near[k, _IS_BOX] == 1.0:
-                enter, leave = _through_box(near[k], to_x, to_y, dx, dy)
+            to_x, to_y = x - ox[i], y - oy[i]
+            if thing[_IS_BOX] == 1.0:
+                enter, leave = _through_box(thing, to_x, to_y, dx[i], dy[i])
             else:
-                enter, leave = _through_cylinder(near[k], to_x, to_y, dx, dy)
-            enter, leave = _slab(oz - near[k, _Z], dz, near[k, _HALF_HEIGHT], enter, leave)
-            if 0 < enter <= leave and enter < nearest:
-                nearest = enter
-        out[i] = nearest
+                enter, leave = _through_cylinder(thing, to_x, to_y, dx[i], dy[i])
+            above = origins[i if several else 0, 2] - thing[_Z]
+            enter, leave = _slab(above, directions[i, 2], thing[_HALF_HEIGHT], enter, leave)
+            if 0 < enter <= leave and enter < out[i]:
+                out[i] = enter
+
+
+@kernel
+def _look_toward(
+    x: float, y: float, around: float, gap: float, ox: Any, oy: Any, dx: Any, dy: Any, level: Any,
+    nearest: Any, toward: Any,
+) -> None:  # fmt: skip
+    """Which rays a thing may shorten: most things lie aside of a ray or behind it, seen from above,
+    or beyond what it has met. Without branches, for vector instructions."""
+    for i in range(toward.size):
+        to_x, to_y = x - ox[i], y - oy[i]
+        beside = abs(dx[i] * to_y - dy[i] * to_x) <= around
+        before = dx[i] * to_x + dy[i] * to_y >= -around
+        toward[i] = beside & before & (gap <= nearest[i] * level[i])
 
 
 @kernel
