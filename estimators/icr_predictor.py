@@ -27,6 +27,7 @@ from grouser.geometry import Array, exp
 from grouser.rig import TrackGeometry
 
 _CENTRES, _SCALES, _SIDE = slice(0, 3), slice(3, 5), 5
+_TOLD = ("icr_left", "icr_right", "icr_x", "effective_width")
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,15 +133,14 @@ class IcrPredictor(MotionPredictor):
     def learn(self, increment: Array | None) -> None:
         """The tracks need to know no more than their last increment."""
 
-    def centres(self, du: Array, biases: Array, covariance: Array) -> tuple[Array, Array]:
-        """The centres (3,) of the course that the tracks run, and their covariance (3, 3).
-
-        Args:
-            du: (2,) increments, m.
-            biases, covariance: the constant errors (6,) as estimated, and their covariance (6, 6).
-        """
-        M = self._course(du * (1 + biases[_SCALES]))
-        return M @ (self._expected + biases[_CENTRES]), M @ covariance[_CENTRES, _CENTRES] @ M.T
+    def tell(self, biases: Array, covariance: Array) -> dict[str, float]:
+        """The centres of the present course and the effective width, each with its sigma, m."""
+        M = self._course(self._last * (1 + biases[_SCALES]))
+        by_centres = np.vstack([np.eye(3), [1.0, -1.0, 0.0]]) @ M
+        told = by_centres @ (self._expected + biases[_CENTRES])
+        sigmas = np.sqrt(np.diag(by_centres @ covariance[_CENTRES, _CENTRES] @ by_centres.T))
+        named = dict(zip(_TOLD, told.tolist(), strict=True))
+        return named | {f"{n}_sigma": s for n, s in zip(_TOLD, sigmas.tolist(), strict=True)}
 
     def _course(self, du: Array) -> Array:
         return mirrored(du) if self._options.mirrored else np.eye(3)
@@ -159,13 +159,3 @@ class IcrPredictor(MotionPredictor):
 def _across(slip: float) -> Array:
     """(3, 3) what adds a slip to the left of so much of the way, at right angles to the chord."""
     return np.array([[1.0, -slip, 0.0], [slip, 1.0, 0.0], [0.0, 0.0, 1.0]])
-
-
-def tell_centres(centres: Array, covariance: Array) -> dict[str, float]:
-    """Diagnostics: the centres and the effective width, each with its sigma, m."""
-    by_centres = np.vstack([np.eye(3), [1.0, -1.0, 0.0]])
-    values = by_centres @ centres
-    sigmas = np.sqrt(np.diag(by_centres @ covariance @ by_centres.T))
-    names = ("icr_left", "icr_right", "icr_x", "effective_width")
-    told = dict(zip(names, values.tolist(), strict=True))
-    return told | {f"{n}_sigma": s for n, s in zip(names, sigmas.tolist(), strict=True)}

@@ -137,6 +137,7 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         diagnostics = {
             **sight.diagnostics,
             **self._check.diagnostics,
+            **self._predictor.tell(*self._filter.of_predictor()),
             "features": float(len(frame.points)),
             "nis": fused.nis,
             "slipped": float(fused.slipped),

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator
+from grouser.estimators.icr_predictor import IcrOptions, IcrPredictor
 from grouser.estimators.track_motion import SideSlip, TrackNoise
 from grouser.estimators.visual.base import Frontend
 from grouser.estimators.visual.engine import KeyframeOdometry
@@ -30,6 +31,7 @@ from grouser.kernels import announce
 from grouser.rig import Rig, TrackGeometry
 
 REFINEMENTS = ("spatial", "planar")
+SLIP_STATES = ("scales", "icr")
 
 
 class VisualOdometry(PoseEstimator):
@@ -66,6 +68,8 @@ class VisualOdometry(PoseEstimator):
         keyframe_distance: float = 0.25,
         keyframe_turn: float = 0.2,
         lost_after: float = 1.0,
+        slip_states: Literal["scales", "icr"] = "scales",
+        icr: IcrOptions | None = None,
     ) -> None:
         """
         Args:
@@ -93,6 +97,9 @@ class VisualOdometry(PoseEstimator):
             keyframe_distance: m after which the reference frame is replaced.
             keyframe_turn: rad after which it is.
             lost_after: s of prediction without tracks until the pose is LOST.
+            slip_states: what the filter estimates of the tracks' slip: "scales" of both tracks, the
+                turn and the motion across, or "icr", the instantaneous centres of rotation.
+            icr: how uncertain these are, and the noise of the tracks beside them.
 
         Raises:
             ValueError: an unknown solver, an option out of range, or a rig without a stereo camera.
@@ -121,6 +128,7 @@ class VisualOdometry(PoseEstimator):
         camera = rig.stereo
         minimal_solver = make_solver(solver, camera)
         _require_one_of(REFINEMENTS, refinement=refinement)
+        _require_one_of(SLIP_STATES, slip_states=slip_states)
         announce()
         frontend = frontend or ImageFrontend(
             camera,
@@ -141,6 +149,7 @@ class VisualOdometry(PoseEstimator):
                 scales=TrackScales(
                     track=track_scale_sigma, turn=turn_scale_sigma, side=side_slip_sigma
                 ),
+                icr=(icr or IcrOptions()) if slip_states == "icr" else None,
             ),
             make_filter=partial(
                 RelativeFilter,
@@ -174,9 +183,12 @@ def _make_predictor(
     noise: TrackNoise,
     turn_noise: float,
     scales: TrackScales,
+    icr: IcrOptions | None,
 ) -> MotionPredictor:
     """By the tracks, where there are any."""
     if tracks is not None and "tracks" in observation:
+        if icr is not None:
+            return IcrPredictor(tracks, icr)
         return TrackPredictor(tracks, noise, SideSlip(), turn_noise, scales)
     return VelocityPredictor(_FASTEST * dt)
 

@@ -70,6 +70,10 @@ class MotionPredictor(ABC):
     def learn(self, increment: Array | None) -> None:
         """Take note of the increment (3,) as estimated in the end; None where it is unknown."""
 
+    @abstractmethod
+    def tell(self, biases: Array, covariance: Array) -> dict[str, float]:
+        """Diagnostics of the constant errors (n,) as estimated with a covariance (n, n)."""
+
 
 class TrackPredictor(MotionPredictor):
     """The tracks measure the increment: SPEC 1.5 step 1 with the exact arc."""
@@ -116,6 +120,11 @@ class TrackPredictor(MotionPredictor):
     def learn(self, increment: Array | None) -> None:
         """The tracks need no memory."""
 
+    def tell(self, biases: Array, covariance: Array) -> dict[str, float]:
+        width = self._tracks.effective_width / (1 + float(biases[2]))
+        sigma = width / (1 + float(biases[2])) * float(np.sqrt(covariance[2, 2]))
+        return {"effective_width": width, "effective_width_sigma": sigma}
+
 
 class VelocityPredictor(MotionPredictor):
     """Without tracks the last increment is expected again: where to search, not a measurement."""
@@ -138,3 +147,6 @@ class VelocityPredictor(MotionPredictor):
 
     def learn(self, increment: Array | None) -> None:
         self._last = None if increment is None else increment.copy()
+
+    def tell(self, biases: Array, covariance: Array) -> dict[str, float]:
+        return {}

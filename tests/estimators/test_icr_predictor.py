@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from grouser.estimators.icr_motion import icr_pose, mirrored
-from grouser.estimators.icr_predictor import IcrOptions, IcrPredictor, tell_centres
+from grouser.estimators.icr_predictor import IcrOptions, IcrPredictor
 from grouser.geometry import Array, compose, inverse
 from grouser.rig import TrackGeometry
 
@@ -76,11 +76,13 @@ def test_a_mirrored_drive_ends_at_the_mirrored_pose() -> None:
 def test_it_tells_the_centres_of_the_course_and_the_width_with_their_sigmas() -> None:
     predictor = IcrPredictor(TRACKS, IcrOptions())
     covariance = np.diag([0.01, 0.02, 0.03, 0.0, 0.0, 0.0]) ** 2
-    told = tell_centres(*predictor.centres(np.array([0.03, 0.05]), BIASES, covariance))
+    predictor.predict(shown(np.array([0.03, 0.05])), BIASES)
+    told = predictor.tell(BIASES, covariance)
     assert told["icr_left"] == pytest.approx(0.27) and told["icr_right"] == pytest.approx(-0.29)
     assert told["effective_width"] == pytest.approx(0.56)
     assert told["effective_width_sigma"] == pytest.approx(np.hypot(0.01, 0.02))
-    right = tell_centres(*predictor.centres(np.array([0.05, 0.03]), BIASES, covariance))
+    predictor.predict(shown(np.array([0.05, 0.03])), BIASES)
+    right = predictor.tell(BIASES, covariance)
     assert right["icr_left"] == pytest.approx(0.29)
     assert right["icr_left_sigma"] == pytest.approx(told["icr_right_sigma"])
 
