@@ -7,6 +7,7 @@ from grouser.estimators.wrapper import EstimatedPose
 register("ground-truth", "grouser.estimators.ground_truth:GroundTruth")
 register("dead-reckoning", "grouser.estimators.dead_reckoning:DeadReckoning")
 register("icr-ekf", "grouser.estimators.icr_ekf:IcrEkf")
+register("vo-imu-gps", "grouser.estimators.vo_imu_gps:VoImuGps")
 for _name, _solver in {
     "one-point-ransac": "one-point",
     "histogram-voting": "histogram",

@@ -77,6 +77,15 @@ class Gyro:
         return Turn(angle, variance, duration)
 
 
+def make_gyro(
+    observation: Observation, *, imu: Imu | None, dt: float, options: GyroOptions | None
+) -> Gyro | None:
+    """Where there is one."""
+    if imu is None or "imu" not in observation:
+        return None
+    return Gyro(imu, dt, options or GyroOptions())
+
+
 def _stamps(observation: Observation) -> tuple[float, float]:
     """When the reading was taken, and now, s."""
     now = float(observation["stamp"][0])

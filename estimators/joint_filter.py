@@ -26,6 +26,8 @@ from grouser.geometry import Array
 TURN_GATE, POSITION_GATE = 10.83, 13.82
 """chi-square of 1 and 2 degrees of freedom at 99.9 %"""
 _SLIP_INFLATION = 100.0
+_BELIEVED_AT_LAST = 3
+"""Fixes in a row beyond the gate"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,7 +88,7 @@ class JointFilter:
     def reset(self, observation: Observation) -> None:
         """Start at pose zero with the first observation."""
         self.state = JointState.at_start(self._every.sigmas)
-        self._at = float(observation["stamp"][0])
+        self._rejected = 0
         if self._gyro:
             self._gyro.reset(observation)
         if self._fixes:
@@ -109,10 +111,15 @@ class JointFilter:
         """One increment on."""
         self.state = self.state.then(increment).wandered(self._every.walks)
 
-    def hear(self, observation: Observation) -> Heard:
-        """Take the turn and the fix of an observation into account, where there are new ones."""
+    def hear(self, observation: Observation, *, blind: bool) -> Heard:
+        """Take the turn and the fix of an observation into account, where there are new ones.
+
+        Args:
+            blind: nothing but the prediction contradicts a fix that is beyond the gate. Then a few
+                of them in a row say that the prediction is wrong: tracks may spin at a wall.
+        """
         turn_nis = self._hear_turn(self._gyro, observation) if self._gyro else np.nan
-        fix_nis = self._hear_fix(self._fixes, observation) if self._fixes else np.nan
+        fix_nis = self._hear_fix(self._fixes, observation, blind) if self._fixes else np.nan
         return Heard(turn_nis, fix_nis)
 
     def fuse(self, seen: RelativePose) -> JointFused:
@@ -147,12 +154,16 @@ class JointFilter:
             self.state = self.state.with_mark()
         return nis
 
-    def _hear_fix(self, fixes: PositionFixes, observation: Observation) -> float:
+    def _hear_fix(self, fixes: PositionFixes, observation: Observation, blind: bool) -> float:
         fix = fixes.new(observation, self.state.pose[:2])
         if fix is None:
             return np.nan
         measurement = self.state.sees_position(fix.position, fixes.sigma)
         nis = self.state.nis(measurement)
+        self._rejected = 0 if nis <= POSITION_GATE else self._rejected + 1
+        if blind and self._rejected >= _BELIEVED_AT_LAST:
+            self.state = self.state.displaced(float(np.linalg.norm(measurement.innovation)))
+            self._rejected, nis = 0, self.state.nis(measurement)
         if nis <= POSITION_GATE:
             self.state = self.state.corrected(measurement)
         return nis

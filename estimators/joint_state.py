@@ -98,6 +98,12 @@ class JointState:
         covariance[POSE, POSE] += (inflation - 1) * self.white
         return replace(self, covariance=covariance, white=inflation * self.white)
 
+    def displaced(self, sigma: float) -> "JointState":
+        """As if the robot had been moved in any direction, by so much [m]."""
+        covariance = self.covariance.copy()
+        covariance[:2, :2] += sigma**2 * np.eye(2)
+        return replace(self, covariance=covariance)
+
     def corrected(self, measurement: Measurement) -> "JointState":
         """With a measurement taken into account."""
         H, P = measurement.by_state, self.covariance

@@ -152,7 +152,7 @@ def test_the_covariance_has_no_jump_when_the_anchor_changes() -> None:
 def test_what_it_cannot_do_without_is_said() -> None:
     with pytest.raises(ValueError, match=r"icr-ekf needs rig\.tracks, and this rig has None"):
         make("icr-ekf", Rig(dt=0.1))
-    with pytest.raises(ValueError, match="anchor_turn must be positive and finite, got 0"):
+    with pytest.raises(ValueError, match=r"CouplingOptions\.anchor_turn must be positive, got 0"):
         IcrEkf(RIG, anchor_turn=0.0)
     with pytest.raises(ValueError, match=r"requires observations .*without \['left', 'right'\]"):
         make("icr-ekf", SYNTHETIC_RIG, source="one-point-ransac").reset(

@@ -1,0 +1,140 @@
+"""Whatever predicts, corrected by another estimator's motion, a gyroscope and satellite fixes."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from grouser.checks import require_positive
+from grouser.estimators.base import Observation, PoseEstimate, Status
+from grouser.estimators.gyro import Gyro
+from grouser.estimators.joint_filter import POSITION_GATE, Heard, JointFilter, JointFused
+from grouser.estimators.pose_source import PoseSource
+from grouser.estimators.position_fixes import PositionFixes
+from grouser.estimators.visual.fusion import RelativePose
+from grouser.estimators.visual.prediction import MotionPredictor
+from grouser.rig import Rig
+
+
+@dataclass(frozen=True, slots=True)
+class CouplingOptions:
+    """When what the source says is taken into account for good, and for how long a fix counts."""
+
+    anchor_distance: float = 0.25
+    """m"""
+    anchor_turn: float = 0.2
+    """rad"""
+    fix_lasts: float = 1.0
+    """s for which a fix supports the estimate"""
+    lost_after: float = np.inf
+    """s without a source, a fix or tracks until the pose is LOST"""
+
+    def __post_init__(self) -> None:
+        require_positive(self, "anchor_distance", "anchor_turn", "fix_lasts")
+
+
+class CoupledOdometry:
+    """Predict, hear gyroscope and receiver, and look where the source says that the robot is.
+
+    TRACKING where the source tracks or a fix is young, else COASTING, and LOST where that
+    lasts and nothing measures the increments.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        *,
+        make_predictor: Callable[[Observation], MotionPredictor],
+        make_gyro: Callable[[Observation], Gyro | None],
+        source: PoseSource | None,
+        use_gps: bool,
+        options: CouplingOptions,
+    ) -> None:
+        self._make_predictor, self._make_gyro = make_predictor, make_gyro
+        self._source = source
+        self._gps, self._dt = rig.gps if use_gps else None, rig.dt
+        self._options = options
+        self._filter: JointFilter | None = None
+
+    def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
+        """Start at pose zero, known exactly.
+
+        Raises:
+            ValueError: the observation lacks what the source requires.
+        """
+        self._predictor = self._make_predictor(observation)
+        self._filter = JointFilter(
+            self._predictor.errors,
+            gyro=self._make_gyro(observation),
+            fixes=PositionFixes(self._gps) if self._gps and "gps" in observation else None,
+        )
+        self._filter.reset(observation)
+        self._fixed_at, self._supported_at = -np.inf, float(observation["stamp"][0])
+        if self._source:
+            self._source.reset(observation, rng=rng)
+        self._sourced = self._source is not None
+        status = Status.TRACKING if self._sourced else Status.COASTING
+        return self._estimate(observation, self._filter.coast(), Heard(), status)
+
+    def update(self, observation: Observation) -> PoseEstimate:
+        """Take the next observation.
+
+        Raises:
+            RuntimeError: `reset` was not called yet.
+            ValueError: the predictor or the source refuses what it is shown.
+        """
+        if self._filter is None:
+            raise RuntimeError("call reset() with the first observation before update()")
+        biases, _ = self._filter.of_predictor()
+        self._filter.predict(self._predictor.predict(observation, biases))
+        heard = self._filter.hear(observation, blind=not self._sourced)
+        fused, self._sourced = self._look(self._filter, observation)
+        status = self._status(float(observation["stamp"][0]), heard)
+        return self._estimate(observation, fused, heard, status)
+
+    def _look(self, joint: JointFilter, observation: Observation) -> tuple[JointFused, bool]:
+        """The estimate with the source's motion, and whether there was one."""
+        if self._source is None or not self._source.update(observation):
+            fused = joint.coast()
+            joint.commit(fused)  # there is no motion that a later one would have to replace
+            return fused, False
+        pose, covariance = self._source.relative()
+        fused = joint.fuse(RelativePose(pose, covariance, by_disparity=np.zeros(3)))
+        moved = fused.state.relative
+        far = np.hypot(moved[0], moved[1]) > self._options.anchor_distance
+        if far or abs(moved[2]) > self._options.anchor_turn:
+            joint.commit(fused)
+            self._source.anchor()
+        return fused, True
+
+    def _status(self, now: float, heard: Heard) -> Status:
+        if heard.fixed:
+            self._fixed_at = now
+        if self._sourced or now - self._fixed_at < self._options.fix_lasts + self._dt / 2:
+            self._supported_at = now
+            return Status.TRACKING
+        blind = now - self._supported_at > self._options.lost_after
+        lost = blind and not self._predictor.measures
+        return Status.LOST if lost else Status.COASTING
+
+    def _estimate(
+        self, observation: Observation, fused: JointFused, heard: Heard, status: Status
+    ) -> PoseEstimate:
+        assert self._filter is not None
+        n, state = len(self._predictor.errors), fused.state
+        bias, bias_sigma = self._filter.gyro_bias
+        diagnostics = {
+            **self._predictor.tell(state.biases[:n], state.bias_covariance[:n, :n]),
+            "gyro_bias": bias,
+            "gyro_bias_sigma": bias_sigma,
+            "nis": fused.nis,
+            "slipped": float(fused.slipped or heard.slipped),
+            "fix_rejected": float(heard.fix_nis > POSITION_GATE),
+        }
+        return PoseEstimate(
+            pose=state.pose.copy(),
+            covariance=state.pose_covariance,
+            status=status,
+            stamp=float(observation["stamp"][0]),
+            diagnostics=diagnostics,
+        )
