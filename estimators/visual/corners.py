@@ -12,7 +12,8 @@ from grouser.estimators.visual.descriptor import PATCH_RADIUS, Image
 from grouser.geometry import Array
 from grouser.kernels import kernel
 
-_GRID = (4, 3)  # columns, rows
+GRID = (4, 3)
+"""Columns and rows of cells that each have their share of the features."""
 _THRESHOLDS = (6.0, 80.0)  # grey levels
 _START = 20.0
 _OVERLAP = 4  # px that FAST and its non-maximum suppression look beyond a corner
@@ -22,22 +23,22 @@ class CornerDetector:
     """Finds about a wanted number of corners; its only state is the cells' thresholds."""
 
     def __init__(self, wanted: int) -> None:
-        self._wanted = wanted / (_GRID[0] * _GRID[1])
+        self._wanted = wanted / (GRID[0] * GRID[1])
         self.reset()
 
     def reset(self) -> None:
         """Forget what earlier images led to."""
-        self._thresholds = np.full(_GRID[0] * _GRID[1], _START)
+        self._thresholds = np.full(GRID[0] * GRID[1], _START)
 
     def detect(self, image: Image) -> NDArray[np.int32]:
         """Corners (n, 2) x, y [px], ordered by row, whose descriptor fits into the image."""
         height, width = image.shape
-        xs = np.linspace(PATCH_RADIUS, width - PATCH_RADIUS, _GRID[0] + 1).astype(int)
-        ys = np.linspace(PATCH_RADIUS, height - PATCH_RADIUS, _GRID[1] + 1).astype(int)
+        xs = np.linspace(PATCH_RADIUS, width - PATCH_RADIUS, GRID[0] + 1).astype(int)
+        ys = np.linspace(PATCH_RADIUS, height - PATCH_RADIUS, GRID[1] + 1).astype(int)
         found = [
-            self._detect_cell(image, xs[i], xs[i + 1], ys[j], ys[j + 1], _GRID[0] * j + i)
-            for j in range(_GRID[1])
-            for i in range(_GRID[0])
+            self._detect_cell(image, xs[i], xs[i + 1], ys[j], ys[j + 1], GRID[0] * j + i)
+            for j in range(GRID[1])
+            for i in range(GRID[0])
         ]
         corners = np.concatenate(found)
         return np.ascontiguousarray(corners[np.lexsort((corners[:, 0], corners[:, 1]))])
@@ -48,9 +49,9 @@ class CornerDetector:
         A first image may need several rounds; after it, cells follow the scene.
         """
         height, width = shape
-        column = ((corners[:, 0] - PATCH_RADIUS) * _GRID[0]) // (width - 2 * PATCH_RADIUS)
-        row = ((corners[:, 1] - PATCH_RADIUS) * _GRID[1]) // (height - 2 * PATCH_RADIUS)
-        cell = np.minimum(column, _GRID[0] - 1) + _GRID[0] * np.minimum(row, _GRID[1] - 1)
+        column = ((corners[:, 0] - PATCH_RADIUS) * GRID[0]) // (width - 2 * PATCH_RADIUS)
+        row = ((corners[:, 1] - PATCH_RADIUS) * GRID[1]) // (height - 2 * PATCH_RADIUS)
+        cell = np.minimum(column, GRID[0] - 1) + GRID[0] * np.minimum(row, GRID[1] - 1)
         found = np.bincount(cell, minlength=len(self._thresholds))
         factor = np.where(found > 1.3 * self._wanted, 1.2, 1.0)
         factor = np.where(found < 0.7 * self._wanted, 1 / 1.2, factor)

@@ -1,5 +1,6 @@
 """Binocular stereo processing (paper 1 III.A.1): corners, descriptors, matches between the eyes."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,15 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grouser.estimators.visual.alignment import align_rows
-from grouser.estimators.visual.corners import CornerDetector, strength
-from grouser.estimators.visual.descriptor import (
-    Descriptors,
-    Image,
-    describe,
-    match_rows,
-    smooth,
-)
+from grouser.estimators.visual.corners import strength
+from grouser.estimators.visual.descriptor import Descriptors, Image, match_rows, smooth
+from grouser.estimators.visual.fast import FastFeatures
+from grouser.estimators.visual.features import FeatureExtractor, Likeness
+from grouser.estimators.visual.sift import SiftFeatures
 from grouser.geometry import Array
+
+FEATURES: dict[str, Callable[[int], FeatureExtractor]] = {
+    "fast": FastFeatures,
+    "sift": SiftFeatures,
+}
 
 
 def grey(image: NDArray[Any], name: str) -> Image:
@@ -41,8 +44,8 @@ class FrontendOptions:
 
     corners: int = 900
     """Corners an image, about; the detector's thresholds follow."""
-    max_hamming: int = 64
-    """Bits of 256 in which matching descriptors may differ."""
+    features: str = "fast"
+    """What kind of features, one of `FEATURES`."""
     row_tolerance: int = 1
     """How far a pair's rows may differ, px: what rectification leaves."""
     max_disparity: float = 0.4
@@ -58,7 +61,9 @@ class StereoFrame:
     points: Array
     """(n, 3) u, v, d [px], to the pixel"""
     descriptors: Descriptors
-    """(n, 4)"""
+    """(n, k)"""
+    likeness: Likeness
+    """How the descriptors are compared."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,49 +76,45 @@ class Keyframe:
     slopes: Array
     """(n, 2) how the disparity changes along x and y [px / px]: the surface around the point"""
     descriptors: Descriptors
-    """(n, 4)"""
+    """(n, k)"""
     strength: Array
     """(n,) how well the corner is defined"""
 
 
 class StereoFrontend:
-    """Turns stereo pairs into matched features; its only state is the corner detector's."""
+    """Turns stereo pairs into matched features; its only state is the extractor's."""
 
     def __init__(self, options: FrontendOptions, *, disparity_offset: float = 0.0) -> None:
         self._options = options
         self._offset = disparity_offset
-        self._detector = CornerDetector(options.corners)
-        self._settled = False
+        self._extractor = FEATURES[options.features](options.corners)
 
     def reset(self) -> None:
         """Forget what earlier images led to."""
-        self._detector.reset()
-        self._settled = False
+        self._extractor.reset()
 
     def extract(self, left: Image, right: Image) -> StereoFrame:
         """Features of a rectified pair (H, W) uint8, matched to the pixel."""
-        options = self._options
-        corners = self._detect(left)
-        right_corners = self._detector.detect(right)
-        descriptors = describe(smooth(left, _DESCRIPTOR_BLUR), corners)
-        right_descriptors = describe(smooth(right, _DESCRIPTOR_BLUR), right_corners)
+        options, likeness = self._options, self._extractor.likeness
+        features, others = self._extractor.extract(left, right)
         left, right = smooth(left, _ALIGNMENT_BLUR), smooth(right, _ALIGNMENT_BLUR)
         partner = match_rows(
-            corners,
-            descriptors,
-            right_corners,
-            right_descriptors,
+            features.places,
+            features.descriptors,
+            others.places,
+            others.descriptors,
             left.shape[0],
             options.row_tolerance,
             int(options.max_disparity * left.shape[1]),
-            options.max_hamming,
+            likeness.max_distance,
+            likeness.row_ratio,
         )
         kept = np.flatnonzero(partner >= 0)
         points = np.empty((len(kept), 3))
-        points[:, :2] = corners[kept]
-        points[:, 2] = corners[kept, 0] - right_corners[partner[kept], 0]
+        points[:, :2] = features.places[kept]
+        points[:, 2] = features.places[kept, 0] - others.places[partner[kept], 0]
         points[:, 2] -= self._offset
-        return StereoFrame(left, right, points, descriptors[kept])
+        return StereoFrame(left, right, points, features.descriptors[kept], likeness)
 
     def make_keyframe(self, frame: StereoFrame) -> Keyframe:
         """The frame with its disparities to a fraction of a pixel; what does not align is left."""
@@ -128,17 +129,6 @@ class StereoFrontend:
             strength(frame.left, points[good]),
         )
 
-    def _detect(self, image: Image) -> NDArray[np.int32]:
-        """Corners of the left image; thresholds follow it, and settle on the first."""
-        corners = self._detector.detect(image)
-        settled = self._detector.adapt(corners, image.shape)
-        for _ in range(0 if self._settled or settled else _ROUNDS):
-            corners = self._detector.detect(image)
-            if self._detector.adapt(corners, image.shape):
-                break
-        self._settled = True
-        return corners
-
 
 def align_disparities(frame: StereoFrame, points: Array, offset: float) -> Array:
     """Calibrated sub-pixel disparities and their slopes (n, 3) at points (n, 3) u, v, d [px].
@@ -149,10 +139,7 @@ def align_disparities(frame: StereoFrame, points: Array, offset: float) -> Array
     return np.asarray(align_rows(frame.left, frame.right, measured, _ROW_LIMIT)) - [offset, 0, 0]
 
 
-_ROUNDS = 8
 _ROW_LIMIT = 1.5  # px of disparity from what the descriptors found
-# px. Interpolation misreads sharper images, and alignment then overshoots half-way between pixels;
-# a descriptor's comparisons must not hang on a single pixel's noise.
+# px. Interpolation misreads sharper images, and alignment then overshoots half-way between pixels.
 _ALIGNMENT_BLUR = 1.0
-_DESCRIPTOR_BLUR = 2.0
 _MIN_DISPARITY = 0.5  # px: farther points say nothing of the translation that pixels could hold

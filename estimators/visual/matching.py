@@ -19,9 +19,6 @@ class MatchingOptions:
     """Matched points that the estimation uses, spread over the image."""
     buckets: tuple[int, int] = (8, 6)
     """Columns and rows of the grid that spreads them."""
-    max_hamming: int = 64
-    ratio: float = 0.8
-    """Best over second best Hamming distance must be below."""
     radius: tuple[float, float] = (3.0, 40.0)
     """Half the search window at least and at most, px in an image 320 px wide."""
 
@@ -101,8 +98,8 @@ def match_frames(
         current.descriptors,
         options.radius[0] * scale,
         options.radius[1] * scale,
-        options.max_hamming,
-        options.ratio,
+        current.likeness.max_distance,
+        current.likeness.ratio,
     )
     found = np.flatnonzero(partner >= 0)
     candidates = len(found)

@@ -12,7 +12,7 @@ from grouser.estimators.icr_predictor import IcrOptions, IcrPredictor
 from grouser.estimators.track_motion import SideSlip, TrackNoise
 from grouser.estimators.visual.base import Frontend
 from grouser.estimators.visual.engine import KeyframeOdometry
-from grouser.estimators.visual.frontend import FrontendOptions
+from grouser.estimators.visual.frontend import FEATURES, FrontendOptions
 from grouser.estimators.visual.fusion import RelativeFilter
 from grouser.estimators.visual.image_frontend import ImageFrontend
 from grouser.estimators.visual.keyframes import KeyframeRule
@@ -49,6 +49,7 @@ class VisualOdometry(PoseEstimator):
         rig: Rig,
         *,
         solver: str = "one-point",
+        features: str = "fast",
         refinement: Literal["spatial", "planar"] = "spatial",
         frame_to_frame: bool = False,
         use_tracks: bool = True,
@@ -75,6 +76,8 @@ class VisualOdometry(PoseEstimator):
         Args:
             rig: the calibration; `stereo` is needed, `tracks` used where there are any.
             solver: the minimal solver by name, one of `visual.solvers.SOLVERS`.
+            features: "fast" (corners with binary descriptors) or "sift", which takes many times as
+                long.
             refinement: "spatial", in six degrees of freedom with priors of a chassis, or "planar":
                 turn, chord and side, for a robot that neither climbs nor tilts.
             frame_to_frame: compare each frame with the one before it, as the paper does, instead of
@@ -129,10 +132,11 @@ class VisualOdometry(PoseEstimator):
         minimal_solver = make_solver(solver, camera)
         _require_one_of(REFINEMENTS, refinement=refinement)
         _require_one_of(SLIP_STATES, slip_states=slip_states)
+        _require_one_of(tuple(FEATURES), features=features)
         announce()
         frontend = frontend or ImageFrontend(
             camera,
-            options=FrontendOptions(corners=corners),
+            options=FrontendOptions(corners=corners, features=features),
             matching=MatchingOptions(max_points=max_points),
             noise=PixelNoise(place=place_noise_px, disparity=disparity_noise_px),
         )

@@ -38,7 +38,7 @@ def test_partners_lie_in_nearby_rows_within_the_range_and_are_each_others_best()
     for _ in range(20):
         left, a = features(rng, 80)
         right, b = features(rng, 80)
-        partner = match_rows(left, a, right, b, 30, 1, 25, 64)
+        partner = match_rows(left, a, right, b, 30, 1, 25, 64, 1.0)
         bits = np.array([[hamming(x, y) for y in b] for x in a])
         disparity = left[:, None, 0] - right[None, :, 0]
         allowed = (np.abs(left[:, None, 1] - right[None, :, 1]) <= 1) & (bits < 64)

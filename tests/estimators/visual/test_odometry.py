@@ -11,6 +11,7 @@ import pytest
 from grouser.estimators import PoseEstimate, Status, make
 from grouser.estimators.base import Observation
 from grouser.estimators.synthetic_drive import RIG, Drive, synthetic_drive
+from grouser.estimators.visual import solvers
 from grouser.estimators.visual.image_frontend import ImageFrontend
 from grouser.estimators.visual.odometry import VisualOdometry
 from grouser.geometry import Array, between, project, wrap
@@ -18,7 +19,7 @@ from grouser.rig import Rig
 
 FRAMES = 24
 DARK = range(10, 26)
-SOLVERS = ["one-point", "five-point"]
+SOLVERS = list(solvers.SOLVERS)
 
 
 def run(
@@ -257,6 +258,10 @@ def test_the_registered_names_choose_the_solver() -> None:
         (
             lambda: VisualOdometry(RIG, quality="best"),
             "quality must be one of 'fast', 'standard', 'high', got 'best'",
+        ),
+        (
+            lambda: VisualOdometry(RIG, features="surf"),
+            "features must be one of 'fast', 'sift', got 'surf'",
         ),
         (
             lambda: VisualOdometry(RIG, max_points=5),
