@@ -18,6 +18,13 @@ for _name, _solver in {
 }.items():
     register(_name, "grouser.estimators.visual.odometry:VisualOdometry", solver=_solver)
 
+register(
+    "one-point-paper",
+    "grouser.estimators.visual.odometry:VisualOdometry",
+    solver="one-point",
+    paper=True,
+)
+
 __all__ = [
     "EstimatedPose",
     "Observation",

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from grouser.estimators.visual.fusion import RelativeFilter
 from grouser.estimators.visual.offset_watch import OffsetEstimate, OffsetWatch
+from grouser.estimators.visual.pose_filter import PoseFilter
 from grouser.estimators.visual.structure import OffsetEvidence
 
 _COMMON = 0.1  # px, of one keyframe: what its points have in common
@@ -20,7 +20,7 @@ class DisparityCheck:
         self._watch = OffsetWatch()
         self._together: OffsetEstimate | None = None
 
-    def take(self, evidence: OffsetEvidence | None, kalman: RelativeFilter) -> None:
+    def take(self, evidence: OffsetEvidence | None, kalman: PoseFilter) -> None:
         """One more keyframe's evidence, if it has any, for the filter's keyframe."""
         if evidence is None:
             return

@@ -11,9 +11,10 @@ from grouser.estimators.base import Observation, PoseEstimate, Status
 from grouser.estimators.visual.base import FrameT, Frontend, KeyframeT
 from grouser.estimators.visual.constant_errors import ConstantErrors
 from grouser.estimators.visual.disparity_check import DisparityCheck
-from grouser.estimators.visual.fusion import Fused, RelativeFilter, RelativePose, nothing_yet
+from grouser.estimators.visual.fusion import Fused, RelativePose, nothing_yet
 from grouser.estimators.visual.keyframes import KeyframeRule
 from grouser.estimators.visual.motion import chassis_pose
+from grouser.estimators.visual.pose_filter import PoseFilter
 from grouser.estimators.visual.prediction import MotionPredictor
 from grouser.estimators.visual.prior import VAGUE_SIDE, ChassisPrior, MotionPrior
 from grouser.estimators.visual.sight import (
@@ -34,7 +35,7 @@ from grouser.geometry import Array
 
 PredictorFactory = Callable[[Observation], MotionPredictor]
 """Makes the predictor that the first observation has the means for."""
-FilterFactory = Callable[[ConstantErrors], RelativeFilter]
+FilterFactory = Callable[[ConstantErrors], PoseFilter]
 """Makes the filter for a predictor with these constant errors."""
 
 

@@ -11,26 +11,30 @@ from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator
 from grouser.estimators.icr_predictor import IcrOptions, IcrPredictor
 from grouser.estimators.track_motion import SideSlip, TrackNoise
 from grouser.estimators.visual.base import Frontend
-from grouser.estimators.visual.engine import KeyframeOdometry
+from grouser.estimators.visual.engine import FilterFactory, KeyframeOdometry
 from grouser.estimators.visual.frontend import FEATURES, FrontendOptions
 from grouser.estimators.visual.fusion import RelativeFilter
 from grouser.estimators.visual.image_frontend import ImageFrontend
 from grouser.estimators.visual.keyframes import KeyframeRule
 from grouser.estimators.visual.matching import MatchingOptions, PixelNoise
+from grouser.estimators.visual.one_point import OnePointRansac
+from grouser.estimators.visual.paper_form import MOST_POINTS, PaperForm, PaperOnePoint
 from grouser.estimators.visual.prediction import (
     MotionPredictor,
     TrackPredictor,
     TrackScales,
     VelocityPredictor,
 )
-from grouser.estimators.visual.prior import ChassisPrior
+from grouser.estimators.visual.printed_filter import PrintedFilter
+from grouser.estimators.visual.prior import REFINEMENTS, ChassisPrior
 from grouser.estimators.visual.quality import QUALITIES
 from grouser.estimators.visual.sight import FEWEST_MATCHES, KeyframeSight
+from grouser.estimators.visual.solver import MotionSolver
 from grouser.estimators.visual.solvers import make_solver
+from grouser.estimators.visual.turn_errors import TURN_ERRORS
 from grouser.kernels import announce
-from grouser.rig import Rig, TrackGeometry
+from grouser.rig import Rig, StereoCamera, TrackGeometry
 
-REFINEMENTS = ("spatial", "planar")
 SLIP_STATES = ("scales", "icr")
 
 
@@ -50,7 +54,9 @@ class VisualOdometry(PoseEstimator):
         *,
         solver: str = "one-point",
         features: str = "fast",
-        refinement: Literal["spatial", "planar"] = "spatial",
+        paper: bool | PaperForm = False,
+        turn_error: Literal["sigmas", "sampson", "ratio"] = "sigmas",
+        refinement: Literal["spatial", "planar", "arc"] = "spatial",
         frame_to_frame: bool = False,
         use_tracks: bool = True,
         frontend: Frontend[Any, Any] | None = None,
@@ -78,8 +84,15 @@ class VisualOdometry(PoseEstimator):
             solver: the minimal solver by name, one of `visual.solvers.SOLVERS`.
             features: "fast" (corners with binary descriptors) or "sift", which takes many times as
                 long.
-            refinement: "spatial", in six degrees of freedom with priors of a chassis, or "planar":
-                turn, chord and side, for a robot that neither climbs nor tilts.
+            paper: the paper as printed where it can be computed (see `visual.paper_form`): planar,
+                non-holonomic motion as a law, from frame to frame, and the printed filter where the
+                rig has tracks. A `PaperForm` chooses among what is printed and what is left open.
+                It sets refinement and frame_to_frame, and no more than 64 points are used.
+            turn_error: what one-point's matches must keep for a turn: their own sigmas, the Sampson
+                error, or the paper's eq. (20) (see `visual.turn_errors`).
+            refinement: "spatial", in six degrees of freedom with priors of a chassis; "planar",
+                turn, chord and side, for a robot that neither climbs nor tilts; or "arc", turn and
+                chord, for one that never slips sideways either.
             frame_to_frame: compare each frame with the one before it, as the paper does, instead of
                 with a keyframe; the errors of frames add up faster.
             use_tracks: fuse the tracks where there are any; otherwise they are not even read.
@@ -129,9 +142,22 @@ class VisualOdometry(PoseEstimator):
         if rig.stereo is None:
             raise ValueError("visual odometry needs rig.stereo, and this rig has None")
         camera = rig.stereo
-        minimal_solver = make_solver(solver, camera)
-        _require_one_of(REFINEMENTS, refinement=refinement)
         _require_one_of(SLIP_STATES, slip_states=slip_states)
+        _require_one_of(tuple(REFINEMENTS), refinement=refinement)
+        _require_one_of(("sigmas", *TURN_ERRORS), turn_error=turn_error)
+        minimal_solver = _make_solver(solver, camera, turn_error)
+        make_filter: FilterFactory = partial(
+            RelativeFilter,
+            disparity_sigma=float(np.hypot(camera.disparity_sigma, _ALIGNMENT_BIAS)),
+        )
+        if paper:
+            form = PaperForm() if paper is True else paper
+            _require_one_of(("one-point",), solver=solver)
+            camera = form.camera(camera)
+            minimal_solver = PaperOnePoint(camera, form)
+            if rig.tracks is not None and use_tracks:
+                make_filter = PrintedFilter
+            refinement, frame_to_frame, max_points = "arc", True, min(max_points, MOST_POINTS)
         _require_one_of(tuple(FEATURES), features=features)
         announce()
         frontend = frontend or ImageFrontend(
@@ -143,7 +169,7 @@ class VisualOdometry(PoseEstimator):
         rule = KeyframeRule(distance=keyframe_distance, turn=keyframe_turn, points=max_points)
         self._engine = KeyframeOdometry(
             frontend,
-            KeyframeSight(camera, frontend, minimal_solver, planar=refinement == "planar"),
+            KeyframeSight(camera, frontend, minimal_solver, constraint=REFINEMENTS[refinement]),
             make_predictor=partial(
                 _make_predictor,
                 tracks=rig.tracks if use_tracks else None,
@@ -155,10 +181,7 @@ class VisualOdometry(PoseEstimator):
                 ),
                 icr=(icr or IcrOptions()) if slip_states == "icr" else None,
             ),
-            make_filter=partial(
-                RelativeFilter,
-                disparity_sigma=float(np.hypot(camera.disparity_sigma, _ALIGNMENT_BIAS)),
-            ),
+            make_filter=make_filter,
             prior=ChassisPrior(tilt_floor=roll_pitch_prior, side_per_chord=side_slip_prior),
             mount_sigma=camera.mount_sigma,
             rule=replace(rule, frames=1) if frame_to_frame else rule,
@@ -177,6 +200,14 @@ class VisualOdometry(PoseEstimator):
             ValueError: images that are not the rig's, or tracks that are not finite.
         """
         return self._engine.update(observation)
+
+
+def _make_solver(name: str, camera: StereoCamera, turn_error: str) -> MotionSolver:
+    if turn_error == "sigmas":
+        return make_solver(name, camera)
+    if name != "one-point":
+        raise ValueError(f"turn_error={turn_error!r} is for solver 'one-point', not for {name!r}")
+    return OnePointRansac(camera, turn_error=turn_error)
 
 
 def _make_predictor(

@@ -9,6 +9,7 @@ from grouser.estimators.visual.matching import Matches
 from grouser.estimators.visual.planar import PlanarSolver
 from grouser.estimators.visual.prior import MotionPrior
 from grouser.estimators.visual.solver import Hypothesis, MotionSolver
+from grouser.estimators.visual.turn_errors import TURN_ERRORS
 from grouser.geometry import Array
 from grouser.kernels import kernel
 from grouser.rig import StereoCamera
@@ -27,8 +28,11 @@ def hypotheses_needed(outlier_ratio: float, success: float = 0.99) -> int:
 class OnePointRansac(MotionSolver):
     """Turn first, then chord among the points that agree on the turn (the paper's two stages)."""
 
-    def __init__(self, camera: StereoCamera) -> None:
+    def __init__(self, camera: StereoCamera, *, turn_error: str | None = None) -> None:
+        """turn_error: one of `TURN_ERRORS`, which matches must keep as well as their own sigmas."""
         self._solver = PlanarSolver(camera)
+        self._turn_error = None if turn_error is None else TURN_ERRORS[turn_error]
+        self._lever = float(camera.T_base_camera[0, 3]) / camera.baseline
 
     def solve(
         self, matches: Matches, prior: MotionPrior, rng: np.random.Generator
@@ -39,6 +43,9 @@ class OnePointRansac(MotionSolver):
         turn, agree, trials = consensus(turns, turn_sigmas, rng)
         if turn is None:
             return None
+        if self._turn_error is not None:
+            errors, limit = self._turn_error
+            agree &= errors(points, np.array([turn]), self._lever)[0] < limit
         chords, chord_sigmas = self._solver.chords(points, turn, matches.noise, slack)
         chord_sigmas = np.where(agree, chord_sigmas, np.inf)
         chord, inliers, more = consensus(chords, chord_sigmas, rng)

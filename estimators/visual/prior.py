@@ -8,6 +8,7 @@ ends up beside the chord of an arc. Over several frames the prior of `side` is t
 the prediction says.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,11 +35,21 @@ class MotionPrior:
         """Expected displacement across the half-angle frame, m."""
         return float(self.mean[2])
 
+    def in_space(self) -> "MotionPrior":
+        """As it is."""
+        return self
+
     def on_the_plane(self) -> "MotionPrior":
         """The same, sure that there is no height, roll and pitch."""
         flat = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
         sigma = np.where(flat > 0, self.sigma, _FLAT)
         return MotionPrior(self.mean * flat, sigma)
+
+    def on_an_arc(self) -> "MotionPrior":
+        """The same, sure that there is no side either: the paper's law."""
+        flat = self.on_the_plane()
+        only = np.array([1.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+        return MotionPrior(flat.mean * only, np.where(only > 0, flat.sigma, _FLAT))
 
     @property
     def tolerance(self) -> ChassisTolerance:
@@ -46,6 +57,15 @@ class MotionPrior:
         return ChassisTolerance(
             height=float(self.sigma[3]), roll=float(self.sigma[4]), pitch=float(self.sigma[5])
         )
+
+
+Constraint = Callable[[MotionPrior], MotionPrior]
+REFINEMENTS: dict[str, Constraint] = {
+    "spatial": MotionPrior.in_space,
+    "planar": MotionPrior.on_the_plane,
+    "arc": MotionPrior.on_an_arc,
+}
+"""What a refinement takes for law, by name."""
 
 
 @dataclass(frozen=True, slots=True)

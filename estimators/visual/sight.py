@@ -12,7 +12,7 @@ from grouser.estimators.visual.base import FrameT, Frontend, KeyframeT
 from grouser.estimators.visual.fusion import RelativePose
 from grouser.estimators.visual.matching import Matches, Prediction
 from grouser.estimators.visual.motion import intrinsics, predict_points
-from grouser.estimators.visual.prior import MotionPrior
+from grouser.estimators.visual.prior import Constraint, MotionPrior
 from grouser.estimators.visual.refine import Refinement, refine
 from grouser.estimators.visual.solver import Hypothesis, MotionSolver
 from grouser.estimators.visual.structure import OffsetEvidence, offset_of_structure
@@ -90,14 +90,14 @@ class KeyframeSight(Generic[FrameT, KeyframeT]):
         frontend: Frontend[FrameT, KeyframeT],
         solver: MotionSolver,
         *,
-        planar: bool = False,
+        constraint: Constraint = MotionPrior.in_space,
     ) -> None:
-        """planar: refine turn, chord and side alone, for a robot that neither climbs nor tilts."""
+        """constraint: what the refinement makes of its prior, one of `REFINEMENTS`."""
         self._camera = camera
         self._intrinsics = intrinsics(camera)
         self._frontend = frontend
         self._solver = solver
-        self._planar = planar
+        self._constraint = constraint
 
     def look(
         self,
@@ -207,7 +207,7 @@ class KeyframeSight(Generic[FrameT, KeyframeT]):
             matches.current,
             start=hypothesis.motion,
             supporters=hypothesis.inliers,
-            prior=prior.on_the_plane() if self._planar else prior,
+            prior=self._constraint(prior),
             noise=matches.noise,
             T_base_camera=self._camera.T_base_camera,
             camera=self._intrinsics,

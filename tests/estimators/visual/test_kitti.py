@@ -28,7 +28,13 @@ def replayed(log: Path, name: str) -> tuple[Array, Array, list[PoseEstimate]]:
     return true_3d, np.array([i["true_pose"] for i in infos]), estimates
 
 
-@pytest.mark.parametrize("name", ["one-point-ransac", "five-point-ransac"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "one-point-ransac", "histogram-voting", "two-point-ransac", "three-point-ransac",
+        "disparity-space", "five-point-ransac", "one-point-paper",
+    ],
+)  # fmt: skip
 def test_it_tracks_every_frame(kitti_06: Path, name: str) -> None:
     _, _, estimates = replayed(kitti_06, name)
     assert len(estimates) == 51
@@ -50,3 +56,10 @@ def test_one_point_drifts_by_less_than_a_percent_on_the_plane(kitti_06: Path) ->
     assert drifted is not None
     assert drifted.translation_percent <= 1.0
     assert drifted.rotation_deg_per_m <= 0.02
+
+
+def test_the_paper_s_form_drifts_by_less_than_a_percent_on_the_plane(kitti_06: Path) -> None:
+    _, true_poses, estimates = replayed(kitti_06, "one-point-paper")
+    drifted = drift(lift(true_poses), lift(np.array([e.pose for e in estimates])))
+    assert drifted is not None
+    assert drifted.translation_percent <= 0.8

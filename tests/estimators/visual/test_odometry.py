@@ -14,6 +14,7 @@ from grouser.estimators.synthetic_drive import RIG, Drive, synthetic_drive
 from grouser.estimators.visual import solvers
 from grouser.estimators.visual.image_frontend import ImageFrontend
 from grouser.estimators.visual.odometry import VisualOdometry
+from grouser.estimators.visual.paper_form import PaperForm
 from grouser.geometry import Array, between, project, wrap
 from grouser.rig import Rig
 
@@ -137,6 +138,29 @@ def test_a_planar_refinement_stays_on_the_plane(solver: str) -> None:
     assert np.abs(error[:, :2]).max() < 0.012 and np.abs(error[:, 2]).max() < np.radians(0.2)
 
 
+def test_a_refinement_on_an_arc_never_slips_sideways() -> None:
+    """From frame to frame every increment is the chord of an arc."""
+    room = drive()
+    poses = np.array([e.pose for e in run(room.observations, refinement="arc", tracks=False)])
+    assert np.abs(between(room.poses, poses)[:, :2]).max() < 0.02
+
+
+@pytest.mark.parametrize("turn_error", ["sampson", "ratio"])
+def test_one_point_may_judge_turns_otherwise(turn_error: str) -> None:
+    room = drive()
+    error = errors(run(room.observations, turn_error=turn_error), room)
+    assert np.abs(error[:, :2]).max() < 0.012 and np.abs(error[:, 2]).max() < np.radians(0.2)
+
+
+def test_the_paper_s_form_follows_the_drive_but_for_the_place_of_its_camera() -> None:
+    """0.15 m ahead of the track centre, which it ignores; with the sign as printed it is blind."""
+    room = drive()
+    error = errors(run(room.observations, paper=True), room)
+    assert np.abs(error[:, :2]).max() < 0.06 and np.abs(error[:, 2]).max() < np.radians(2.0)
+    printed = run(room.observations, paper=PaperForm(chord_sign="printed"))
+    assert {e.status for e in printed[1:]} == {Status.COASTING}
+
+
 def test_at_rest_the_pose_stays_within_a_millimetre() -> None:
     """Other noise in every image, and no motion."""
     rng, first = np.random.default_rng(1), drive(2).observations[0]
@@ -253,7 +277,19 @@ def test_the_registered_names_choose_the_solver() -> None:
         ),
         (
             lambda: VisualOdometry(RIG, refinement="flat"),  # type: ignore[arg-type]
-            "refinement must be one of 'spatial', 'planar', got 'flat'",
+            "refinement must be one of 'spatial', 'planar', 'arc', got 'flat'",
+        ),
+        (
+            lambda: VisualOdometry(RIG, solver="two-point", paper=True),
+            "solver must be one of 'one-point', got 'two-point'",
+        ),
+        (
+            lambda: VisualOdometry(RIG, turn_error="cosine"),  # type: ignore[arg-type]
+            "turn_error must be one of 'sigmas', 'sampson', 'ratio', got 'cosine'",
+        ),
+        (
+            lambda: VisualOdometry(RIG, solver="two-point", turn_error="ratio"),
+            "turn_error='ratio' is for solver 'one-point', not for 'two-point'",
         ),
         (
             lambda: VisualOdometry(RIG, quality="best"),
