@@ -112,8 +112,8 @@ class _Writer:
         return f'<span class="{kind}" title="{verdict.key}">{html.escape(words)}</span>'
 
     def _number(self, number: Number) -> str:
-        sign = "+" if number.signed else ""
-        return self._figure(number.key, f"{sign}.{number.digits}f") + html.escape(number.unit)
+        sign, kind = "+" if number.signed else "", "e" if number.scientific else "f"
+        return self._figure(number.key, f"{sign}.{number.digits}{kind}")
 
     def _figure(self, key: str, spec: str) -> str:
         value = self._figures[key]
@@ -185,7 +185,8 @@ th, td { padding: .32rem .7rem; text-align: right; border-bottom: 1px solid var(
   white-space: nowrap; }
 th { font-weight: 600; vertical-align: bottom; }
 thead th { border-bottom: 2px solid var(--ink); white-space: normal; min-width: 4.5rem; }
-th[scope=row], thead th:first-child { text-align: left; white-space: normal; }
+th[scope=row], thead th:first-child { text-align: left; white-space: normal;
+  min-width: 11rem; }
 td.words { text-align: left; white-space: normal; }
 .paper { background: var(--paper); }
 tr.stressed { font-weight: 600; }

@@ -14,7 +14,8 @@ class Number:
     """After the point."""
     signed: bool = False
     """Whether a plus is written, too."""
-    unit: str = ""
+    scientific: bool = False
+    """Whether it is written with a power of ten."""
 
 
 @dataclass(frozen=True, slots=True)

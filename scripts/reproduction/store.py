@@ -7,6 +7,7 @@ experiments/NAME.npz       the outcome of an experiment, whole or not there
 import os
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -67,7 +68,7 @@ class ExperimentStore:
         try:
             with np.load(path, allow_pickle=False) as kept:
                 return {key: kept[key] for key in kept.files}
-        except (OSError, ValueError, KeyError) as error:
+        except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
             raise ValueError(
                 f"{path} cannot be read ({error}); delete it, and --resume does it again"
             ) from error

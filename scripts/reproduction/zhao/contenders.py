@@ -18,7 +18,8 @@ def contenders(asked: Sequence[str] = ()) -> tuple[str, ...]:
     """The names that take part, the paper's method first: those asked for, or all that there are.
 
     Raises:
-        ValueError: an unknown name, or one that needs what the simulated robot does not have.
+        ValueError: an unknown name, or one that needs what the simulated robot does not have; or
+            the paper's method is not among them.
     """
     if not asked:
         rivals = [name for name in registry.names() if name != registry.GROUND_TRUTH]
@@ -30,6 +31,11 @@ def contenders(asked: Sequence[str] = ()) -> tuple[str, ...]:
                 f"estimator {name!r} needs {', '.join(lacking)}, which the robot of this paper "
                 f"does not give; leave it out of --estimators"
             )
+    if RECOMMENDED not in asked:
+        raise ValueError(
+            f"the paper's method, {RECOMMENDED!r}, is not among --estimators {' '.join(asked)}; "
+            "the page is about it: add it"
+        )
     return _ordered(list(dict.fromkeys(asked)))
 
 

@@ -89,6 +89,9 @@ def _lengths(errors: Array) -> Array:
 
 
 def _percent(errors_mm: list[float], driven: Array) -> float:
+    """Mean of the errors over the ways [m]; NaN where a robot only turned."""
+    if not driven.all():
+        return np.nan
     return float(np.mean(np.array(errors_mm) / 1e3 / driven) * 100)
 
 

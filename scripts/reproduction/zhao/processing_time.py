@@ -151,7 +151,7 @@ def _matches(figures: Figures, names: Sequence[str]) -> Picture:
     axes[0, 0].set_ylim(bottom=0)
     finish(axes[0, 0], x="resolution [px]", y="stereo matches", legend=True)
     return Picture(
-        "Fig. 6: average number of stereo matches. The paper's falls with the resolution; here the "
-        "corner detector's thresholds follow the image, so that there are about as many at any.",
+        "Fig. 6: average number of stereo matches. The corner detector's thresholds follow the "
+        "image, so that there are about as many at any resolution.",
         figure,
     )

@@ -1,7 +1,6 @@
 """The long run: 10 000 frames, how long they take and whether memory grows."""
 
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +12,7 @@ from grouser.scripts.reproduction.drawing import finish, new_figure
 from grouser.scripts.reproduction.experiment import Experiment, OnPart, Outcome
 from grouser.scripts.reproduction.figures import Figures, named
 from grouser.scripts.reproduction.page import Number, Paragraph, Picture, Row, Section, Table
-from grouser.scripts.reproduction.zhao.contenders import RECOMMENDED, forms, sensors_for
+from grouser.scripts.reproduction.zhao.contenders import RECOMMENDED, sensors_for
 from grouser.scripts.reproduction.zhao.course import Course, plan
 from grouser.scripts.reproduction.zhao.manoeuvres import Tour
 
@@ -60,11 +59,6 @@ class StabilityExperiment(Experiment):
             on_part()
         env.close()
         return {"ms": ms, "megabytes": megabytes}
-
-
-def stability_experiments(names: Sequence[str], frames: int) -> list[StabilityExperiment]:
-    """Of the recommended form, where it takes part."""
-    return [StabilityExperiment(name, frames) for name in forms(names) if name == RECOMMENDED]
 
 
 def stability_figures(outcome: Outcome) -> Figures:
