@@ -2,7 +2,7 @@
 
 Motion is planar and non-holonomic by law, from frame to frame; turn and chord come from single
 points by eqs. (14) and (17), the best of some hypotheses wins by its number of inliers under
-eqs. (20) and (21) with fixed thresholds. The camera sits level on the track centre: a = b = 0.
+eqs. (20) and (21) with fixed thresholds. The camera sits on the track centre: a = b = 0.
 The paper leaves thresholds and numbers open; those here are ours.
 """
 
@@ -26,7 +26,7 @@ MOST_POINTS = 64
 _CHOICES = {
     "chord_sign": ("fixed", "printed"),
     "turn_error": tuple(TURN_ERRORS),
-    "mount": ("levelled", "ignored"),
+    "mount": ("levelled", "ignored", "known"),
 }
 
 
@@ -38,8 +38,8 @@ class PaperForm:
     """The sign between the two terms of eqs. (16) and (17): printed plus, minus is right."""
     turn_error: Literal["sampson", "ratio"] = "sampson"
     """What is held against th_yaw_angle: the Sampson error, or as printed, eq. (20)."""
-    mount: Literal["levelled", "ignored"] = "levelled"
-    """Whether the camera's tilt is taken out. Its place beside the track centre never is."""
+    mount: Literal["levelled", "ignored", "known"] = "levelled"
+    """What of the mount is taken out: its tilt, nothing, or its place on the robot as well."""
     hypotheses: int = 16
     """Points that are drawn for the turn, and again for the chord."""
     yaw_angle: float | None = None
@@ -58,7 +58,9 @@ class PaperForm:
                 raise ValueError(f"{name} must be positive, got {value!r}")
 
     def camera(self, camera: StereoCamera) -> StereoCamera:
-        """The camera as the paper takes it to be mounted."""
+        """The camera as it is taken to be mounted."""
+        if self.mount == "known":
+            return camera
         rotation = camera.T_base_camera[:3, :3] if self.mount == "levelled" else R_BASE_OPTICAL
         height = [0.0, 0.0, camera.T_base_camera[2, 3]]
         return dataclasses.replace(camera, T_base_camera=transform(rotation, height))
@@ -71,6 +73,8 @@ class PaperOnePoint(MotionSolver):
         """camera: mounted as `form.camera` has it."""
         self._solver = PlanarSolver(camera)
         self._baseline = camera.baseline
+        forward, left = camera.T_base_camera[:2, 3]
+        self._lever = np.array([-left, 0.0, forward]) / camera.baseline
         self._form = form
 
     def solve(
@@ -78,7 +82,7 @@ class PaperOnePoint(MotionSolver):
     ) -> Hypothesis | None:
         """Nothing of the prior is used: a law has no sigma."""
         form = self._form
-        points = self._solver.level(matches.reference, matches.current)
+        points = self._from_track_centre(self._solver.level(matches.reference, matches.current))
         turns = turns_of_points(points)
         drawn = _draw(np.isfinite(turns), form.hypotheses, rng)
         if len(drawn) == 0:
@@ -96,6 +100,11 @@ class PaperOnePoint(MotionSolver):
         best = int(np.argmax(inliers.sum(axis=1)))
         motion = np.array([turn, chords[drawn_[best]], 0.0, 0.0, 0.0, 0.0])
         return Hypothesis(motion, inliers[best], len(drawn) + len(drawn_))
+
+    def _from_track_centre(self, points: LevelledPoints) -> LevelledPoints:
+        """As a camera on the track centre would see them, for which the equations hold."""
+        q, d, q_, d_ = points.q, points.d, points.q_, points.d_
+        return LevelledPoints(q + d[:, None] * self._lever, d, q_ + d_[:, None] * self._lever, d_)
 
 
 def turns_of_points(points: LevelledPoints) -> Array:

@@ -1,5 +1,7 @@
 """The paper's equations: right where they are, and as wrong as SPEC 1.1 says where they are not."""
 
+from typing import Literal
+
 import numpy as np
 import pytest
 
@@ -13,7 +15,7 @@ from grouser.estimators.visual.paper_form import (
 from grouser.estimators.visual.planar import LevelledPoints, PlanarSolver
 from grouser.geometry import Array
 from grouser.rig import StereoCamera, camera_mount
-from tests.estimators.visual.clouds import LEVEL, MOTIONS, matched, near_zero, six, stereo
+from tests.estimators.visual.clouds import LEVEL, MOTIONS, MOUNTS, matched, near_zero, six, stereo
 
 CAMERA = stereo(LEVEL)
 NOISE = np.full(6, 0.15**2)
@@ -56,11 +58,27 @@ def test_a_camera_ahead_of_the_track_centre_makes_turns_too_large() -> None:
     np.testing.assert_allclose(turns_of_points(points), expected, atol=1e-9)
 
 
+@pytest.mark.parametrize("mount", MOUNTS.values(), ids=MOUNTS.keys())
+@pytest.mark.parametrize("turn_error", ["sampson", "ratio"])
+def test_with_the_mount_known_every_mount_is_exact(
+    mount: Array, turn_error: Literal["sampson", "ratio"]
+) -> None:
+    """Which part of the paper's error in spot turns is the camera's place: this is without it."""
+    camera, form = stereo(mount), PaperForm(mount="known", turn_error=turn_error)
+    for turn, chord in MOTIONS.values():
+        matches = matched(np.random.default_rng(0), camera, six(turn, chord))
+        solver = PaperOnePoint(form.camera(camera), form)
+        found = solver.solve(matches, PRIOR, np.random.default_rng(1))
+        assert found is not None and found.inliers.mean() > 0.9
+        assert np.abs(found.motion - six(turn, chord)).max() < 1e-9
+
+
 def test_the_form_takes_the_camera_to_the_track_centre_and_levels_it_if_asked() -> None:
     camera = stereo(camera_mount(0.2, 0.1, 0.4, pitch=0.2))
     for form, mount in (
         (PaperForm(), camera_mount(0.0, 0.0, 0.4, pitch=0.2)),
         (PaperForm(mount="ignored"), camera_mount(0.0, 0.0, 0.4)),
+        (PaperForm(mount="known"), camera.T_base_camera),
     ):
         np.testing.assert_allclose(form.camera(camera).T_base_camera, mount, atol=1e-15)
 
@@ -115,7 +133,7 @@ def test_without_points_or_disparities_there_is_no_hypothesis() -> None:
     [
         ({"chord_sign": "minus"}, "chord_sign must be one of 'fixed', 'printed', got 'minus'"),
         ({"turn_error": "angle"}, "turn_error must be one of 'sampson', 'ratio', got 'angle'"),
-        ({"mount": "known"}, "mount must be one of 'levelled', 'ignored', got 'known'"),
+        ({"mount": "flat"}, "mount must be one of 'levelled', 'ignored', 'known', got 'flat'"),
         ({"polar_radius": 0.0}, r"polar_radius must be positive, got 0\.0"),
         ({"hypotheses": -1}, "hypotheses must be positive, got -1"),
     ],
