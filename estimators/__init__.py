@@ -24,6 +24,8 @@ register(
     solver="one-point",
     paper=True,
 )
+register("one-point-ekf", "grouser.estimators.monocular.estimator:MonocularEkf", sample=1)
+register("two-point-ekf", "grouser.estimators.monocular.estimator:MonocularEkf", sample=2)
 
 __all__ = [
     "EstimatedPose",

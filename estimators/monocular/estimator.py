@@ -1,0 +1,242 @@
+"""`one-point-ekf` and `two-point-ekf`: monocular SLAM as a pose estimator, with its options."""
+
+import time
+from numbers import Integral
+from typing import ClassVar
+
+import numpy as np
+
+from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator, Status
+from grouser.estimators.monocular.landmarks import LandmarkMap, landmarks
+from grouser.estimators.monocular.management import MapOptions
+from grouser.estimators.monocular.motion_model import TrackModel
+from grouser.estimators.monocular.picture import Picture, PictureTaker
+from grouser.estimators.monocular.search import SearchOptions
+from grouser.estimators.monocular.slam import FEWEST, InverseDepthSlam, PatchNoise
+from grouser.estimators.monocular.state import planar_covariance
+from grouser.estimators.track_motion import TrackNoise
+from grouser.estimators.visual.descriptor import Image
+from grouser.estimators.visual.frontend import grey
+from grouser.estimators.visual.prior import ChassisPrior
+from grouser.geometry import Array, project
+from grouser.kernels import announce
+from grouser.rig import Rig, StereoCamera
+
+
+class MonocularEkf(PoseEstimator):
+    """EKF SLAM with the left camera alone, its scale from the tracks (see this folder).
+
+    An image that shows too little is bridged by the tracks (COASTING). Increments that are not
+    finite are no word from the tracks: the motion is then expected to go on as it was, and the map
+    keeps the scale while it lasts.
+    """
+
+    requires: ClassVar[frozenset[str]] = frozenset({"left", "tracks", "stamp"})
+
+    def __init__(
+        self,
+        rig: Rig,
+        *,
+        sample: int = 1,
+        points: int = 60,
+        corners: int = 500,
+        inverse_depth_sigma: float = 6.0,
+        threshold_px: float = 1.0,
+        place_noise_px: float = 0.5,
+        roll_pitch_prior: float = 0.003,
+        side_slip_prior: float = 0.02,
+        track_noise: float = 0.03,
+        track_noise_floor: float = 0.0002,
+        track_scale_sigma: float = 0.01,
+        turn_scale_sigma: float = 0.05,
+        turn_noise: float = 0.05,
+        outward_slip_sigma: float = 0.03,
+        turn_drag_sigma: float = 0.012,
+    ) -> None:
+        """
+        Args:
+            rig: the calibration; `stereo`, of which the left camera is used, and `tracks`.
+            sample: matches that a hypothesis takes: 1 (Civera et al.) or 2 (Xu, Li and Han).
+            points: most points that the filter holds.
+            corners: corners sought in each image.
+            inverse_depth_sigma: of a new point, 1/m. So wide that it says nothing of the scale.
+            threshold_px: how far a low-innovation inlier may be from where a hypothesis expects
+                it, px in an image 320 px wide.
+            place_noise_px: sigma of an aligned point, px. A patch errs by 0.03 px from one image
+                to the next and by 0.1 px after ten, but by much the same in each: so long as the
+                filter takes errors for white, they count for more.
+            roll_pitch_prior: sigma of roll and of pitch between two frames, rad.
+            side_slip_prior: sigma of the motion across, m per m along.
+            track_noise: white noise of a track's increment, as a share of it.
+            track_noise_floor: the same at rest, m.
+            track_scale_sigma: share of a track's increment that slips or is miscalibrated all the
+                time. What both tracks have in common of it no single camera can see.
+            turn_scale_sigma: sigma of the effective width's unknown scale error.
+            turn_noise: white slip of a turn, as a share of it.
+            outward_slip_sigma: m per rad that the robot slides outward in turns, all the time.
+            turn_drag_sigma: m per rad that it falls short of its way in turns.
+
+        Raises:
+            ValueError: an option out of range, or a rig without a camera or without tracks.
+        """
+        if sample not in (1, 2):
+            raise ValueError(f"sample must be 1 or 2 matches a hypothesis, got {sample!r}")
+        _require_at_least(FEWEST, points=points, corners=corners)
+        _require_positive(
+            inverse_depth_sigma=inverse_depth_sigma,
+            threshold_px=threshold_px,
+            place_noise_px=place_noise_px,
+            roll_pitch_prior=roll_pitch_prior,
+            side_slip_prior=side_slip_prior,
+            track_noise=track_noise,
+            track_noise_floor=track_noise_floor,
+            track_scale_sigma=track_scale_sigma,
+            turn_scale_sigma=turn_scale_sigma,
+            turn_noise=turn_noise,
+            outward_slip_sigma=outward_slip_sigma,
+            turn_drag_sigma=turn_drag_sigma,
+        )
+        if rig.stereo is None:
+            raise ValueError("monocular SLAM needs rig.stereo for its camera; this rig has None")
+        if rig.tracks is None:
+            raise ValueError(
+                "monocular SLAM needs rig.tracks, because one camera alone cannot tell how far it "
+                "went, and this rig has None; give the rig its tracks, or choose a stereo estimator"
+            )
+        announce()
+        self._camera: StereoCamera = rig.stereo
+        self._pictures = PictureTaker(corners)
+        self._tracks = TrackModel(
+            rig.tracks,
+            TrackNoise(scale=track_noise, floor=track_noise_floor),
+            turn_noise,
+            ChassisPrior(tilt_floor=roll_pitch_prior, side_per_chord=side_slip_prior),
+            rig.stereo.mount_sigma,
+        )
+        self._slam = InverseDepthSlam(
+            rig.stereo,
+            sample=sample,
+            threshold_px=threshold_px,
+            map_options=MapOptions(points=points, inverse_depth_sigma=inverse_depth_sigma),
+            search_options=SearchOptions(),
+            noise=PatchNoise(place=place_noise_px),
+            constant_sigmas=np.array(
+                [
+                    track_scale_sigma,
+                    track_scale_sigma,
+                    turn_scale_sigma,
+                    outward_slip_sigma,
+                    turn_drag_sigma,
+                ]
+            ),
+            walk=_WALK,
+        )
+        self._rng: np.random.Generator | None = None
+
+    @property
+    def map(self) -> LandmarkMap:
+        """Landmarks in view whose distance is known, in the frame of the start.
+
+        Raises:
+            RuntimeError: `reset` was not called yet.
+        """
+        if self._rng is None:
+            raise RuntimeError("call reset() with the first observation before asking for the map")
+        return landmarks(self._slam.state, self._camera)
+
+    def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
+        """Start at pose zero, known exactly, with the corners of the first image as points."""
+        self._rng = rng
+        self._pictures.reset()
+        self._before = self._image(observation)
+        self._last_motion = np.zeros(6)
+        self._slam.start(self._pictures.take(self._before))
+        return self._estimate(observation, Status.TRACKING, {})
+
+    def update(self, observation: Observation) -> PoseEstimate:
+        """One image: algorithm 1 of Civera et al.
+
+        Raises:
+            RuntimeError: `reset` was not called yet.
+            ValueError: an image that is not the rig's, or tracks that are not two numbers.
+        """
+        if self._rng is None:
+            raise RuntimeError("call reset() with the first observation before update()")
+        started = time.perf_counter()
+        du = _increments(observation)
+        picture = self._picture(self._image(observation), du)
+        taken = time.perf_counter()
+        again = self._tracks.expect_again(self._last_motion)
+        led = np.isfinite(du).all()
+        motion = self._tracks.predict(du, self._slam.state.constants) if led else again
+        step = self._slam.step(picture, motion, again, self._rng)
+        self._last_motion = step.motion
+        told = step.diagnostics | {
+            "points": float(len(self._slam.state.points)),
+            "ms_picture": 1e3 * (taken - started),
+        }
+        return self._estimate(
+            observation, Status.TRACKING if step.tracked else Status.COASTING, told
+        )
+
+    def _picture(self, image: Image, du: Array) -> Picture | None:
+        """None where the image shows nothing, or is the one before although the robot drives."""
+        frozen = bool(np.abs(du).max() > _AT_REST) and np.array_equal(image, self._before)
+        self._before = image
+        if frozen:
+            return None
+        picture = self._pictures.take(image)
+        return picture if len(picture.corners) >= FEWEST else None
+
+    def _image(self, observation: Observation) -> Image:
+        image = grey(observation["left"], "left")
+        # Of another size, calibration and pixels disagree, and kernels would leave the image.
+        expected = (self._camera.height, self._camera.width)
+        if image.shape != expected:
+            raise ValueError(
+                f"observation 'left' is {image.shape[1]} x {image.shape[0]} px, but rig.stereo is "
+                f"calibrated for {expected[1]} x {expected[0]}: make the environment with images "
+                "of that size, and estimate before whatever resizes them"
+            )
+        return image
+
+    def _estimate(
+        self, observation: Observation, status: Status, diagnostics: dict[str, float]
+    ) -> PoseEstimate:
+        state = self._slam.state
+        return PoseEstimate(
+            pose=project(state.T_start_base),
+            covariance=planar_covariance(state),
+            status=status,
+            stamp=float(observation["stamp"][0]),
+            pose_3d=state.T_start_base.copy(),
+            diagnostics=diagnostics,
+        )
+
+
+_WALK = 5e-4  # how far a constant error wanders a frame, one sigma (SPEC 1.5)
+_AT_REST = 1e-3  # m; a camera without noise may show twice the same while the robot stands
+
+
+def _increments(observation: Observation) -> Array:
+    """(2,) left and right increment, m; NaN where the tracks do not report.
+
+    Raises:
+        ValueError: they are not two numbers.
+    """
+    du = np.array(observation["tracks"], dtype=np.float64)
+    if du.shape != (2,):
+        raise ValueError(f"observation 'tracks' must be two numbers [m], got {du}")
+    return du if np.isfinite(du).all() else np.full(2, np.nan)
+
+
+def _require_at_least(least: int, **counts: int) -> None:
+    for name, value in counts.items():
+        if not isinstance(value, Integral) or value < least:
+            raise ValueError(f"{name} must be a whole number of at least {least}, got {value!r}")
+
+
+def _require_positive(**values: float) -> None:
+    for name, value in values.items():
+        if not (np.isfinite(value) and value > 0):
+            raise ValueError(f"{name} must be positive and finite, got {value!r}")
