@@ -1,22 +1,56 @@
-"""On 51 frames of KITTI odometry 06, against the acceptance of the walking skeleton."""
+"""On 51 frames of KITTI odometry 06, and what of the difference is the reference's own.
 
+The reference comes from an inertial system. Its first ten headings are interpolated, and all of
+its motion points 0.3 degrees beside what the cameras see, whatever they are matched with: half a
+percent of every translation.
+"""
+
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from grouser.envs.replay import ReplayEnv
 from grouser.estimators import PoseEstimate, Status, make
-from grouser.estimators.evaluation.metrics import drift
-from grouser.geometry import Array, lift
+from grouser.estimators.evaluation.metrics import Drift, drift
+from grouser.geometry import Array, inverse_transform, lift, so3_exp, transform
+
+INTERPOLATED = 10  # frames
+
+
+@dataclass(frozen=True)
+class Replayed:
+    true_3d: Array
+    """(51, 4, 4)"""
+    truths: Array
+    """(51, 3)"""
+    estimates: list[PoseEstimate]
+
+    def in_space(self, first: int = 0) -> Drift:
+        return drifted(self.true_3d[first:], self.poses_3d[first:])
+
+    def on_the_plane(self) -> Drift:
+        poses = np.array([e.pose for e in self.estimates])
+        return drifted(lift(self.truths), lift(poses))
+
+    @property
+    def poses_3d(self) -> Array:
+        return np.array([e.pose_3d for e in self.estimates])
+
+
+def drifted(truth: Array, poses: Array) -> Drift:
+    found = drift(truth, poses)
+    assert found is not None
+    return found
 
 
 @cache
-def replayed(log: Path, name: str) -> tuple[Array, Array, list[PoseEstimate]]:
-    """True poses (51, 4, 4) and (51, 3), and the estimates."""
+def replayed(log: Path, name: str, **options: Any) -> Replayed:
     env = ReplayEnv(log)
-    estimator = make(name, env.rig)
+    estimator = make(name, env.rig, **options)
     observation, info = env.reset()
     estimates = [estimator.reset(observation, rng=np.random.default_rng(0))]
     infos, ended = [info], False
@@ -25,7 +59,7 @@ def replayed(log: Path, name: str) -> tuple[Array, Array, list[PoseEstimate]]:
         estimates.append(estimator.update(observation))
         infos.append(info)
     true_3d = np.array([i["true_pose_3d"] for i in infos])
-    return true_3d, np.array([i["true_pose"] for i in infos]), estimates
+    return Replayed(true_3d, np.array([i["true_pose"] for i in infos]), estimates)
 
 
 @pytest.mark.parametrize(
@@ -36,30 +70,50 @@ def replayed(log: Path, name: str) -> tuple[Array, Array, list[PoseEstimate]]:
     ],
 )  # fmt: skip
 def test_it_tracks_every_frame(kitti_06: Path, name: str) -> None:
-    _, _, estimates = replayed(kitti_06, name)
+    estimates = replayed(kitti_06, name).estimates
     assert len(estimates) == 51
     assert {e.status for e in estimates} == {Status.TRACKING}
 
 
-def test_one_point_drifts_by_less_than_a_percent_in_space(kitti_06: Path) -> None:
-    true_3d, _, estimates = replayed(kitti_06, "one-point-ransac")
-    poses = np.array([e.pose_3d for e in estimates])
-    drifted = drift(true_3d, poses)
-    assert drifted is not None
-    assert drifted.translation_percent <= 1.0
-    assert drifted.rotation_deg_per_m <= 0.02
+@pytest.mark.parametrize("quality", ["fast", "standard", "high"])
+def test_one_point_drifts_little_in_space(kitti_06: Path, quality: str) -> None:
+    run = replayed(kitti_06, "one-point-ransac", quality=quality)
+    assert run.in_space().translation_percent <= 0.75
+    assert run.in_space().rotation_deg_per_m <= 0.019
+    measured = run.in_space(INTERPOLATED)
+    assert measured.translation_percent <= 0.65
+    assert measured.rotation_deg_per_m <= 0.009
 
 
-def test_one_point_drifts_by_less_than_a_percent_on_the_plane(kitti_06: Path) -> None:
-    _, true_poses, estimates = replayed(kitti_06, "one-point-ransac")
-    drifted = drift(lift(true_poses), lift(np.array([e.pose for e in estimates])))
-    assert drifted is not None
-    assert drifted.translation_percent <= 1.0
-    assert drifted.rotation_deg_per_m <= 0.02
+def test_one_point_drifts_little_on_the_plane(kitti_06: Path) -> None:
+    on_the_plane = replayed(kitti_06, "one-point-ransac").on_the_plane()
+    assert on_the_plane.translation_percent <= 0.62
+    assert on_the_plane.rotation_deg_per_m <= 0.014
 
 
-def test_the_paper_s_form_drifts_by_less_than_a_percent_on_the_plane(kitti_06: Path) -> None:
-    _, true_poses, estimates = replayed(kitti_06, "one-point-paper")
-    drifted = drift(lift(true_poses), lift(np.array([e.pose for e in estimates])))
-    assert drifted is not None
-    assert drifted.translation_percent <= 0.8
+def test_from_frame_to_frame_on_the_plane_it_drifts_little_more(kitti_06: Path) -> None:
+    run = replayed(kitti_06, "one-point-ransac", refinement="planar", frame_to_frame=True)
+    assert run.on_the_plane().translation_percent <= 0.8
+    assert run.on_the_plane().rotation_deg_per_m <= 0.014
+
+
+def test_the_paper_s_form_drifts_little_on_the_plane(kitti_06: Path) -> None:
+    run = replayed(kitti_06, "one-point-paper")
+    assert run.on_the_plane().translation_percent <= 0.8
+
+
+def test_what_is_left_is_one_turn_between_the_reference_and_the_cameras(kitti_06: Path) -> None:
+    """Turned by 0.3 degrees, once and for all frames, the reference agrees to 0.2 percent."""
+    run = replayed(kitti_06, "one-point-ransac")
+    truth, poses = run.true_3d[INTERPOLATED:], run.poses_3d[INTERPOLATED:]
+    seen, said = direction(poses), direction(truth)
+    turn = np.cross(said, seen)
+    assert np.degrees(np.linalg.norm(turn)) == pytest.approx(0.3, abs=0.05)
+    X = transform(so3_exp(turn), np.zeros(3))
+    assert drifted(X @ truth @ inverse_transform(X), poses).translation_percent <= 0.3
+
+
+def direction(poses: Array) -> Array:
+    """(3,) mean direction of the motion from each pose (n, 4, 4) to the next, in its frame."""
+    steps = (inverse_transform(poses[:-1]) @ poses[1:])[:, :3, 3].sum(axis=0)
+    return np.asarray(steps / np.linalg.norm(steps))
