@@ -114,9 +114,12 @@ class KeyframeSight(Generic[FrameT, KeyframeT]):
             expected: where to search.
             prior: what to believe besides; independent of what was seen of this keyframe before.
         """
+        started = time.perf_counter()
         mean, covariance = self._search_prior(expected, prior)
         prediction = self._predict(keyframe, mean, covariance)
+        predicted = time.perf_counter()
         sight = self._try(keyframe, frame, prediction, prior, rng)
+        sight.diagnostics["ms_matching"] += 1e3 * (predicted - started)
         width = self._width(prediction)
         if sight.motion is None:
             # Tracks that slip lead the search astray, and a kerb tilts the robot as no ground does.
