@@ -28,10 +28,13 @@ class Subject:
     """Its registered name."""
     ignores_offset: bool = False
     """Whether it takes the camera to be above the track centre, where it is not."""
+    options: tuple[tuple[str, Any], ...] = ()
+    """Beyond those that its name stands for."""
 
     def make(self, rig: Rig) -> PoseEstimator:
         """The estimator for a robot."""
-        return registry.make(self.estimator, without_offset(rig) if self.ignores_offset else rig)
+        known = without_offset(rig) if self.ignores_offset else rig
+        return registry.make(self.estimator, known, **dict(self.options))
 
 
 def subjects(names: tuple[str, ...]) -> tuple[Subject, ...]:

@@ -16,7 +16,7 @@ from grouser.rig import StereoCamera
 from grouser.scripts.reproduction.experiment import Experiment, OnPart, Outcome, Outcomes
 from grouser.scripts.reproduction.figures import Figures, named
 from grouser.scripts.reproduction.page import Cell, Number, Paragraph, Row, Section, Table
-from grouser.scripts.reproduction.zhao.contenders import RECOMMENDED, forms
+from grouser.scripts.reproduction.zhao.contenders import PAPER_FORM, RECOMMENDED, forms
 from grouser.scripts.reproduction.zhao.course import Course, plan
 from grouser.scripts.reproduction.zhao.course_experiment import CourseExperiment, Subject
 from grouser.scripts.reproduction.zhao.errors import course_errors, turned
@@ -33,6 +33,10 @@ _GROUNDS: dict[str, tuple[str | None, tuple[tuple[str, float], ...]]] = {
 }
 """Terrain and effects: good contact, little grip, and what the paper blames: a track with less
 contact than the other."""
+
+_ARC = "one-point, vision alone, on arcs"
+_ARC_OPTIONS = (("refinement", "arc"), ("use_tracks", False))
+"""The paper's motion model as a law, with everything else as recommended."""
 
 _WORDS = {
     "asphalt": "asphalt",
@@ -76,12 +80,7 @@ class OffsetExperiment(Experiment):
 
     def run(self, on_part: OnPart) -> Outcome:
         """As a course experiment, with `expected_excess`: what (14) must make of such a scene."""
-        watching = tuple(
-            Subject(_label(name, ignores), name, ignores_offset=ignores)
-            for name in self.names
-            for ignores in (False, True)
-        )
-        outcome = CourseExperiment(self.course, watching).run(on_part)
+        outcome = CourseExperiment(self.course, _watching(self.names)).run(on_part)
         return {**outcome, "expected_excess": np.array(_expected_excess(self.course))}
 
 
@@ -98,19 +97,21 @@ def offset_figures(outcomes: Outcomes, names: Sequence[str]) -> Figures:
         turns = float(abs(turned(outcome)[-1])) / (2 * np.pi)
         excess = 360 * float(outcome["expected_excess"])
         figures |= named(f"offset.{ground}", {"expected_deg": excess, **_ground(outcome)})
-        for name in forms(names):
+        for form in (RECOMMENDED, _ARC):
             knows, ignores = (
-                float(course_errors(outcome, _label(name, blind))[-1, 2]) / turns
-                for blind in (False, True)
+                _per_turn(outcome, _label(form, blind), turns) for blind in (False, True)
             )
             # Of the error of one that ignores the offset: the offset's part, and all the rest.
-            offset_part, rest = abs(ignores - knows), abs(knows)
+            part = abs(ignores - knows)
             values = {
                 "knows_deg": knows,
                 "ignores_deg": ignores,
-                "offset_part_percent": 100 * offset_part / max(offset_part + rest, 1e-12),
+                "offset_part_percent": 100 * part / max(part + abs(knows), 1e-12),
             }
-            figures |= named(f"offset.{ground}.{name}", values)
+            figures |= named(f"offset.{ground}.{_key(form)}", values)
+        if PAPER_FORM in names:
+            printed = _per_turn(outcome, _label(PAPER_FORM, True), turns)
+            figures |= named(f"offset.{ground}.{PAPER_FORM}", {"ignores_deg": printed})
     return figures
 
 
@@ -118,18 +119,21 @@ def offset_section(names: Sequence[str]) -> Section:
     """A table, and what it says of the paper's own explanation."""
     rows = []
     for ground, words in _WORDS.items():
-        for name in forms(names):
-            key = f"offset.{ground}"
-            cells: list[Cell] = [
-                name,
-                Number(f"{key}.slip_percent", 0),
-                Number(f"{key}.centre_mm", 0),
-                Number(f"{key}.{name}.knows_deg", 2, signed=True),
-                Number(f"{key}.{name}.ignores_deg", 2, signed=True),
-                Number(f"{key}.expected_deg", 2, signed=True),
-                Number(f"{key}.{name}.offset_part_percent", 0),
+        key = f"offset.{ground}"
+        truth: list[Cell] = [Number(f"{key}.slip_percent", 0), Number(f"{key}.centre_mm", 0)]
+        expected = Number(f"{key}.expected_deg", 2, signed=True)
+        for form in (RECOMMENDED, _ARC):
+            of_form = f"{key}.{_key(form)}"
+            errors: list[Cell] = [
+                Number(f"{of_form}.knows_deg", 2, signed=True),
+                Number(f"{of_form}.ignores_deg", 2, signed=True),
+                expected,
+                Number(f"{of_form}.offset_part_percent", 0),
             ]
-            rows.append(Row(words, cells))
+            rows.append(Row(words, [form, *truth, *errors]))
+        if PAPER_FORM in names:
+            printed = Number(f"{key}.{PAPER_FORM}.ignores_deg", 2, signed=True)
+            rows.append(Row(words, [PAPER_FORM, *truth, "", printed, expected, ""]))
     columns = [
         "ground",
         "estimator",
@@ -140,22 +144,23 @@ def offset_section(names: Sequence[str]) -> Section:
         "expected of a / z, deg",
         "part of the offset, %",
     ]
-    best = f"offset.asphalt.{RECOMMENDED}"
+    good, blamed = f"offset.asphalt.{_key(_ARC)}", f"offset.unequal.{_key(_ARC)}"
     conclusion = (
         "The paper blames its 4 to 6 degrees on tracks that were not well in contact with the "
-        "ground. Here a camera that is 0.2 m ahead of the track centre, and of which the estimator "
-        f"does not know it, costs {{{best}.ignores_deg:+.1f}} degrees a turn on good ground, "
-        f"{{{best}.offset_part_percent:.0f}} % of it by the offset; with the offset known, a left "
-        "track that has lost 60 % of its force leaves "
-        f"{{offset.unequal.{RECOMMENDED}.knows_deg:+.2f}} degrees. Slip moves the robot, and a "
-        "camera sees that; an offset that nobody told it of, it cannot see."
+        "ground. Here, with the paper's motion model on good ground, a camera that is 0.2 m ahead "
+        f"of the track centre and of which nobody tells costs {{{good}.ignores_deg:+.1f}} degrees "
+        f"a turn, {{{good}.offset_part_percent:.0f}} % of it by the offset; with the offset known, "
+        "a left track that has lost 60 % of its force costs "
+        f"{{{blamed}.knows_deg:+.2f}} degrees a turn, and the recommended form, which allows for "
+        f"side slip, {{offset.unequal.{RECOMMENDED}.knows_deg:+.2f}}."
     )
     return Section(
         "Offset or slip?",
         [
             Paragraph(
                 "One turn on the spot on three grounds; estimators that know where the camera is "
-                "beside such that take it to be above the track centre, as eq. (14) does. Slip is "
+                "beside such that take it to be above the track centre, as eq. (14) does, and the "
+                "paper's form, which knows of no offset. On arcs, side slip is ruled out. Slip is "
                 "how much less the robot turned than its tracks' gauge says, and the centre is "
                 "where it truly turned about. What is expected is a / z of the points that stereo "
                 "sees, weighted as well as each tells the turn (SPEC 1.2, 1.4)."
@@ -166,8 +171,28 @@ def offset_section(names: Sequence[str]) -> Section:
     )
 
 
-def _label(name: str, ignores: bool) -> str:
-    return f"{name}-ignoring-offset" if ignores else name
+def _watching(names: Sequence[str]) -> tuple[Subject, ...]:
+    subjects = []
+    for blind in (False, True):
+        subjects.append(Subject(_label(RECOMMENDED, blind), RECOMMENDED, blind))
+        subjects.append(Subject(_label(_ARC, blind), RECOMMENDED, blind, _ARC_OPTIONS))
+    if PAPER_FORM in names:  # it knows of no offset, whatever the rig says
+        subjects.append(Subject(_label(PAPER_FORM, True), PAPER_FORM, True))
+    return tuple(subjects)
+
+
+def _label(form: str, ignores: bool) -> str:
+    return f"{_key(form)}-ignoring-offset" if ignores else _key(form)
+
+
+def _key(form: str) -> str:
+    """The form's name in figures."""
+    return form.replace(", ", "-").replace(" ", "-")
+
+
+def _per_turn(outcome: Outcome, label: str, turns: float) -> float:
+    """Error of the heading at the end over the turns, deg."""
+    return float(course_errors(outcome, label)[-1, 2]) / turns
 
 
 def _ground(outcome: Outcome) -> dict[str, float]:
