@@ -13,6 +13,7 @@ from grouser.estimators.pose_source import PoseSource
 from grouser.estimators.position_fixes import PositionFixes
 from grouser.estimators.visual.fusion import RelativePose
 from grouser.estimators.visual.prediction import MotionPredictor
+from grouser.geometry import between
 from grouser.rig import Rig
 
 
@@ -72,7 +73,7 @@ class CoupledOdometry:
         self._fixed_at, self._supported_at = -np.inf, float(observation["stamp"][0])
         if self._source:
             self._source.reset(observation, rng=rng)
-        self._sourced = self._source is not None
+        self._sourced, self._pose = self._source is not None, np.zeros(3)
         status = Status.TRACKING if self._sourced else Status.COASTING
         return self._estimate(observation, self._filter.coast(), Heard(), status)
 
@@ -89,6 +90,9 @@ class CoupledOdometry:
         self._filter.predict(self._predictor.predict(observation, biases))
         heard = self._filter.hear(observation, blind=not self._sourced)
         fused, self._sourced = self._look(self._filter, observation)
+        if self._sourced:
+            self._predictor.learn(between(self._pose, fused.state.pose))
+        self._pose = fused.state.pose.copy()
         status = self._status(float(observation["stamp"][0]), heard)
         return self._estimate(observation, fused, heard, status)
 

@@ -12,6 +12,7 @@ from grouser.estimators.cruise_predictor import CruisePredictor
 from grouser.estimators.gyro import GyroOptions, make_gyro
 from grouser.estimators.icr_predictor import IcrOptions, IcrPredictor
 from grouser.estimators.pose_source import PoseSource
+from grouser.estimators.stall import StallingPredictor
 from grouser.estimators.visual.prediction import MotionPredictor
 from grouser.rig import Rig, TrackGeometry
 
@@ -25,8 +26,10 @@ class VoImuGps(PoseEstimator):
     otherwise it goes on at the speed that it had. In the dark the gyroscope therefore holds the
     heading, and fixes bound the position.
 
-    The accelerometer is not integrated: the planar filter does not know the pitch, and 0.01 rad of
-    it are 0.1 m/s^2, after 2 s more than what any track slips.
+    The accelerometer is not integrated to a speed: the planar filter does not know the pitch, and
+    0.01 rad of it are 0.1 m/s^2, after 2 s more than what any track slips. It is heard where the
+    robot loses its speed at once and its tracks do not (`stalled` in the diagnostics): it was
+    stopped by a wall, and stands until vision sees it move, or its tracks slow down.
 
     A fix is used once, when it is new; one that comes late is carried on by the motion since. One
     beyond the gate is rejected, and `fix_rejected` says so.
@@ -43,6 +46,7 @@ class VoImuGps(PoseEstimator):
         vision_options: Mapping[str, Any] | None = None,
         use_tracks: bool = True,
         use_gps: bool = True,
+        watch_stalls: bool = True,
         icr: IcrOptions | None = None,
         gyro: GyroOptions | None = None,
         anchor_distance: float = 0.25,
@@ -58,6 +62,7 @@ class VoImuGps(PoseEstimator):
             vision_options: options of it.
             use_tracks: whether tracks predict the way where there are any.
             use_gps: whether satellite fixes correct the position.
+            watch_stalls: whether the accelerometer may say that the tracks spin on the spot.
             icr: how uncertain the tracks and their centres are.
             gyro: how uncertain the gyroscope is.
             anchor_distance: m after which vision's motion is taken into account for good.
@@ -79,7 +84,11 @@ class VoImuGps(PoseEstimator):
         self._engine = CoupledOdometry(
             rig,
             make_predictor=partial(
-                _make_predictor, tracks=tracks, dt=rig.dt, icr=icr or IcrOptions()
+                _make_predictor,
+                tracks=tracks,
+                dt=rig.dt,
+                icr=icr or IcrOptions(),
+                watch_stalls=watch_stalls,
             ),
             make_gyro=partial(make_gyro, imu=rig.imu, dt=rig.dt, options=gyro),
             source=PoseSource(vision, rig, vision_options or {}),
@@ -107,9 +116,17 @@ class VoImuGps(PoseEstimator):
 
 
 def _make_predictor(
-    observation: Observation, *, tracks: TrackGeometry | None, dt: float, icr: IcrOptions
+    observation: Observation,
+    *,
+    tracks: TrackGeometry | None,
+    dt: float,
+    icr: IcrOptions,
+    watch_stalls: bool,
 ) -> MotionPredictor:
     """By the tracks, where there are any."""
-    if tracks is not None and "tracks" in observation:
-        return IcrPredictor(tracks, icr)
-    return CruisePredictor(dt)
+    if tracks is None or "tracks" not in observation:
+        return CruisePredictor(dt)
+    by_tracks = IcrPredictor(tracks, icr)
+    # A stop lasts a few steps: an imu that is slower or late would tell it from nothing.
+    felt = watch_stalls and "imu_stamp" not in observation
+    return StallingPredictor(by_tracks, dt) if felt else by_tracks
