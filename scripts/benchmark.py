@@ -19,6 +19,7 @@ from grouser.scripts import (
     benchmark_images,
     benchmark_line_slam,
     benchmark_odometry,
+    benchmark_slip,
     benchmark_vector,
 )
 from grouser.scripts.benchmark_timing import Figures, NotAvailable
@@ -29,6 +30,7 @@ _MEASUREMENTS = (
     *benchmark_images.MEASUREMENTS,
     *benchmark_vector.MEASUREMENTS,
     *benchmark_line_slam.MEASUREMENTS,
+    *benchmark_slip.MEASUREMENTS,
 )
 
 

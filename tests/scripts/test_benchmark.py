@@ -14,6 +14,7 @@ from grouser.scripts.benchmark import Benchmark, measure
         ("odometry", {"odometry.pair_320x240_ms", "odometry.estimation_ms"}),
         ("environment.raster_over_naive", {"environment.raster_over_naive"}),
         ("environment.lidar_boxes_us", {"environment.lidar_boxes_us"}),
+        ("slip.width_vision_frame", {"slip.width_vision_frame"}),
         ("line_slam", {"line_slam.bisection_over_points", "line_slam.closed_1e5_ms"}),
     ],
 )
