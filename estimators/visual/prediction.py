@@ -127,7 +127,10 @@ class TrackPredictor(MotionPredictor):
 
 
 class VelocityPredictor(MotionPredictor):
-    """Without tracks the last increment is expected again: where to search, not a measurement."""
+    """Without tracks the last turn and chord are expected again: where to search, no measurement.
+
+    What the chassis does not do, to move across, is not expected because it was seen once.
+    """
 
     measures = False
     errors = NO_ERRORS
@@ -141,9 +144,14 @@ class VelocityPredictor(MotionPredictor):
         zero = np.zeros((3, 0))
         if self._last is None:
             return Increment(np.zeros(3), np.diag(self._first**2), zero)
-        distance = float(np.hypot(*self._last[:2]))
-        sigma = np.array([0.02 + 0.1 * distance, 0.005 + 0.02 * distance, np.radians(1.5)])
-        return Increment(self._last, np.diag(sigma**2), zero)
+        turn = float(self._last[2])
+        along = np.array([np.cos(turn / 2), np.sin(turn / 2), 0.0])
+        across = np.array([-along[1], along[0], 0.0])
+        length = float(along @ self._last)
+        covariance = (0.02 + 0.1 * abs(length)) ** 2 * np.outer(along, along)
+        covariance += (0.0005 + 0.04 * abs(length)) ** 2 * np.outer(across, across)
+        covariance[2, 2] = np.radians(1.5) ** 2
+        return Increment(np.append(length * along[:2], turn), covariance, zero)
 
     def learn(self, increment: Array | None) -> None:
         self._last = None if increment is None else increment.copy()
