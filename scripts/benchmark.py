@@ -18,6 +18,7 @@ from grouser.scripts import (
     benchmark_environment,
     benchmark_images,
     benchmark_line_slam,
+    benchmark_montecarlo,
     benchmark_odometry,
     benchmark_slip,
     benchmark_vector,
@@ -29,6 +30,7 @@ _MEASUREMENTS = (
     *benchmark_environment.MEASUREMENTS,
     *benchmark_images.MEASUREMENTS,
     *benchmark_vector.MEASUREMENTS,
+    *benchmark_montecarlo.MEASUREMENTS,
     *benchmark_line_slam.MEASUREMENTS,
     *benchmark_slip.MEASUREMENTS,
 )

@@ -10,6 +10,7 @@ import tyro
 from grouser import __version__
 from grouser.scripts.calibrate import Calibrate
 from grouser.scripts.compare import Compare
+from grouser.scripts.montecarlo import MonteCarlo
 from grouser.scripts.reproduce import Reproduce
 from grouser.scripts.skid_steer import SkidSteer
 from grouser.scripts.usage import UsageError
@@ -25,6 +26,7 @@ COMMANDS: dict[str, Callable[..., _Command]] = {
     "compare": Compare,
     "calibrate": Calibrate,
     "worlds": Worlds,
+    "montecarlo": MonteCarlo,
     "skid-steer": SkidSteer,
     "reproduce": Reproduce,
 }

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from multiprocessing import get_context
 from typing import Any
 
@@ -19,6 +19,7 @@ from grouser.estimators.visual.solvers import SOLVERS
 from grouser.geometry import Array, between
 from grouser.rig import Rig
 from grouser.scripts.montecarlo_scenarios import SCENARIOS
+from grouser.scripts.montecarlo_score import Score
 from grouser.scripts.montecarlo_world import Run, WorldOptions, drive
 
 TRACKS_ONLY = "dead-reckoning"
@@ -49,31 +50,6 @@ METHODS: dict[str, Method] = {
     },
 }
 """By name: the one-point estimator's forms, and every other solver in its recommended form."""
-
-
-@dataclass(frozen=True, slots=True)
-class Score:
-    """How one method did on one drive."""
-
-    scenario: str
-    method: str
-    seed: int
-    mm: float
-    """Position error at the end."""
-    degrees: float
-    """Heading error at the end, absolute."""
-    rms_mm: float
-    """Of the position over the drive."""
-    nees: float
-    """Of the pose, mean over the drive; 3 if the covariance is honest."""
-    tracking: float
-    """Share of the frames."""
-    ms: float
-    """A frame, processor time of one thread, median."""
-
-    def plain(self) -> dict[str, Any]:
-        """For JSON."""
-        return asdict(self)
 
 
 def run_all(
