@@ -78,6 +78,16 @@ def observed_increments(observation: Observation) -> Array:
     return du
 
 
+def reported_increments(observation: Observation) -> Array | None:
+    """(2,) left and right increment of an observation, m; None where a track reports NaN: nothing.
+
+    Raises:
+        ValueError: they are not two numbers, or not finite in another way.
+    """
+    du = np.asarray(observation["tracks"], dtype=np.float64)
+    return None if du.shape == (2,) and np.isnan(du).any() else observed_increments(observation)
+
+
 def track_increment(du: NDArray[np.float64], effective_width: float) -> tuple[float, float]:
     """(turn [rad], arc length [m]) of the midpoint between the tracks: eqs. (4), (5), with W.
 

@@ -15,12 +15,11 @@ from grouser.estimators.visual.fusion import Fused, RelativePose, nothing_yet
 from grouser.estimators.visual.keyframes import KeyframeRule
 from grouser.estimators.visual.motion import chassis_pose
 from grouser.estimators.visual.pose_filter import PoseFilter
-from grouser.estimators.visual.prediction import MotionPredictor
+from grouser.estimators.visual.prediction import Increment, MotionPredictor
 from grouser.estimators.visual.prior import VAGUE_SIDE, ChassisPrior, MotionPrior
 from grouser.estimators.visual.sight import (
     Expectation,
     KeyframeSight,
-    Sight,
     pose_motion,
     pose_to_motion,
 )
@@ -30,6 +29,7 @@ from grouser.estimators.visual.single_pose import (
     compose,
     compose_jacobians,
 )
+from grouser.estimators.visual.stillness import contradicted
 from grouser.estimators.visual.structure import OffsetEvidence
 from grouser.geometry import Array
 
@@ -103,6 +103,7 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         self._frontend.reset()
         self._start_from(self._frontend.extract(observation), np.eye(4))
         self._check = DisparityCheck()
+        self._doubtful = self._stood = False
         self._failures = 0
         self._last_seen = float(observation["stamp"][0])
         return PoseEstimate(
@@ -125,15 +126,23 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         started = time.perf_counter()
         frame = self._frontend.extract(observation)
         extracted = time.perf_counter()
-        expected = self._predict(observation)
+        increment, expected = self._predict(observation)
         sight = self._sight.look(self._keyframe, frame, expected, self._believe(), self._rng)
         looked = time.perf_counter()
-        seen = None if sight.motion is None else sight.planar()
-        fused = self._fuse(seen)
+        glimpse = None if sight.motion is None else sight.planar()
+        stands = self._stands(glimpse, increment)
+        # After standing, everything may be elsewhere: a few matches then are found by chance.
+        chance = self._stood and self._rule.sees_little(sight)
+        seen = None if stands or chance else glimpse
+        self._stood = stands or (self._stood and seen is None)
+        fused = self._fuse(seen, stands)
         relative = self._filter.relative(fused)
         pose_3d = self._keyframe_pose_3d @ chassis_pose(relative, *sight.out_of_plane())
-        self._learn(relative, seen, expected)
-        status = self._status(sight, float(observation["stamp"][0]))
+        if stands:
+            self._expect_rest(increment)
+        else:
+            self._learn(relative, seen, expected)
+        status = self._status(seen, float(observation["stamp"][0]))
         age = self._predicted.frames
         diagnostics = {
             **sight.diagnostics,
@@ -142,11 +151,14 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
             "features": float(len(frame.points)),
             "nis": fused.nis,
             "slipped": float(fused.slipped),
+            "stands_still": float(stands),
             "keyframe_age": float(age),
             "ms_stereo": 1e3 * (extracted - started),
             "ms_filter": 1e3 * (time.perf_counter() - looked),
         }
-        if self._rule.replaces(relative, sight, frames=age, failures=self._failures):
+        # While vision stands, its last keyframe is the only one that is sure to be where it was.
+        replaced = self._rule.replaces(relative, sight, frames=age, failures=self._failures)
+        if replaced and not stands:
             self._filter.commit(fused)
             evidence = self._sight.disparity_offset(sight)
             self._check.take(evidence, self._filter)
@@ -167,8 +179,9 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         self._keyframe_pose_3d = pose_3d.copy()
         self._predicted = nothing_yet(self._predictor.errors)
         self._believed = Expectation(np.zeros(3), np.zeros((3, 3)))
+        self._glimpsed = np.zeros(3)
 
-    def _predict(self, observation: Observation) -> Expectation:
+    def _predict(self, observation: Observation) -> tuple[Increment, Expectation]:
         """Takes the increment into the filter's prediction, and says where to search."""
         biases, covariance_of_biases = self._filter.of_predictor()
         increment = self._predictor.predict(observation, biases)
@@ -177,24 +190,40 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         by_biases = increment.by_biases
         noise = increment.covariance + by_biases @ covariance_of_biases @ by_biases.T
         covariance = carried(F, self._believed.covariance, V, noise)
-        return Expectation(compose(self._believed.pose, increment.pose), covariance)
+        return increment, Expectation(compose(self._believed.pose, increment.pose), covariance)
+
+    def _stands(self, glimpse: RelativePose | None, increment: Increment) -> bool:
+        """Whether vision sees no motion since the last frame, and the tracks do.
+
+        Total slip and a camera that shows the same again look alike; so does being carried.
+        """
+        if glimpse is None:
+            return False
+        step = between(self._glimpsed, glimpse.pose)
+        self._glimpsed = glimpse.pose
+        return contradicted(step, increment)
 
     def _believe(self) -> MotionPrior:
         """The prior of the motion since the keyframe, from the prediction alone."""
         predicted = self._predicted
-        if self._predictor.measures:
+        if self._predicted.measured:
             # The filter knows the constraint with all that correlates it; twice would be too often.
             return self._prior.about(pose_motion(predicted.pose), VAGUE_SIDE, self._mount_sigma)
         by_pose = pose_to_motion(predicted.pose)[2]
         side_sigma = float(np.sqrt(by_pose @ predicted.covariance @ by_pose))
         return self._prior.about(pose_motion(predicted.pose), side_sigma, self._mount_sigma)
 
-    def _fuse(self, seen: RelativePose | None) -> Fused:
+    def _fuse(self, seen: RelativePose | None, stands: bool) -> Fused:
+        self._doubtful |= stands
+        if seen is None and self._doubtful:
+            return self._filter.doubt(self._predicted, self._glimpsed)
         if seen is None:
             return self._filter.coast(self._predicted)
-        if self._predictor.measures:
-            return self._filter.fuse(self._predicted, seen)
-        return self._filter.follow(seen, self._predicted.frames)
+        if not self._predicted.measured:
+            return self._filter.follow(seen, self._predicted.frames)
+        fused = self._filter.fuse(self._predicted, seen)
+        self._doubtful = fused.slipped
+        return fused
 
     def _learn(self, relative: Array, seen: RelativePose | None, expected: Expectation) -> None:
         """What the next prediction starts from."""
@@ -206,11 +235,17 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
             self._predictor.learn(between(self._believed.pose, relative))
             self._believed = Expectation(relative, seen.covariance)
 
-    def _status(self, sight: Sight, stamp: float) -> Status:
-        if sight.motion is not None:
+    def _expect_rest(self, increment: Increment) -> None:
+        """The next frame may go on standing, or come to where the tracks say."""
+        either = np.diag(increment.pose**2) + increment.covariance
+        self._believed = Expectation(self._glimpsed, either)
+        self._failures = 0
+
+    def _status(self, seen: RelativePose | None, stamp: float) -> Status:
+        if seen is not None:
             self._last_seen = stamp
             return Status.TRACKING
-        if not self._predictor.measures and stamp - self._last_seen > self._lost_after:
+        if not self._predicted.measured and stamp - self._last_seen > self._lost_after:
             self._predictor.learn(None)
             return Status.LOST
         return Status.COASTING

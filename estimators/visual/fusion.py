@@ -7,7 +7,7 @@ pose RELATIVE to the keyframe, as the tracks predict it; treating a composed pos
 measurement, as the paper's update does, collapses the covariance (NEES above 1e8).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,7 +25,6 @@ from grouser.kernels import kernel_using
 
 SLIP_GATE = 16.3
 """chi-square of 3 degrees of freedom at 99.9 %: beyond it the tracks are said to slip."""
-_SLIP_INFLATION = 100.0
 _COAST_INFLATION = 4.0
 
 
@@ -64,6 +63,8 @@ class Accumulated:
     by_biases: Array
     """(3, n) by the predictor's constant errors"""
     frames: int
+    measured: bool = True
+    """Whether all of it was measured; what was guessed in part is not fused."""
 
     def then(self, increment: Increment) -> "Accumulated":
         """One more increment."""
@@ -71,7 +72,8 @@ class Accumulated:
         covariance = carried(F, self.covariance, V, increment.covariance)
         by_biases = F @ self.by_biases + V @ increment.by_biases
         pose = compose(self.pose, increment.pose)
-        return Accumulated(pose, covariance, by_biases, self.frames + 1)
+        measured = self.measured and increment.measured
+        return Accumulated(pose, covariance, by_biases, self.frames + 1, measured)
 
 
 def nothing_yet(errors: ConstantErrors) -> Accumulated:
@@ -88,6 +90,8 @@ class Fused:
     """Squared innovation over its covariance; NaN where nothing was compared."""
     slipped: bool
     """The tracks disagreed with vision beyond the gate."""
+    doubt: Array | None = None
+    """(2,) how far off the truth may be, m, and rad, since the doubt began; None without doubt."""
 
 
 class RelativeFilter:
@@ -102,6 +106,7 @@ class RelativeFilter:
         every = errors + disparity_offset(disparity_sigma)
         self._predicted = len(errors)
         self._walk = np.diag(every.walks) ** 2
+        self._doubt: Array | None = None
         covariance = np.diag(np.concatenate([np.zeros(3), every.sigmas**2]))
         self.keyframe = FilterState(np.zeros(3), np.zeros(len(every)), covariance)
 
@@ -114,6 +119,24 @@ class RelativeFilter:
         """Prediction alone, trusted less, as whatever blinds the camera may shake the robot too."""
         noise = _COAST_INFLATION * predicted.covariance
         return self._alone(predicted.pose, noise, self._by_all_biases(predicted), predicted.frames)
+
+    def doubt(self, predicted: Accumulated, anchor: Array) -> Fused:
+        """Prediction alone, where the robot may as well have stayed at the anchor (3,), a pose
+        relative to the keyframe: midway, with a covariance that covers both ends.
+
+        Both ends stay possible from keyframe to keyframe: such errors add up, not their squares.
+        """
+        half = predicted.pose - anchor
+        half[2] = wrapped(half[2])
+        half /= 2
+        coasted = self.coast(replace(predicted, pose=anchor + half))
+        before = np.zeros(2) if self._doubt is None else self._doubt
+        after = before + [np.hypot(half[0], half[1]), abs(half[2])]
+        # In any direction: where it went hangs on where it headed, which is doubted as well.
+        added = (after**2 - before**2)[[0, 0, 1]]
+        covariance = coasted.state.covariance.copy()
+        covariance[:3, :3] += np.diag(added)
+        return Fused(replace(coasted.state, covariance=covariance), np.nan, False, after)
 
     def follow(self, measured: RelativePose, frames: int) -> Fused:
         """Measurement alone, after so many frames."""
@@ -131,19 +154,19 @@ class RelativeFilter:
 
     def fuse(self, predicted: Accumulated, measured: RelativePose) -> Fused:
         """Both; where they disagree beyond the gate the tracks slipped, and vision wins."""
-        fused = self._update(predicted, measured, 1.0)
+        fused = self._update(predicted, measured)
         if fused.nis <= SLIP_GATE:
             return fused
-        again = self._update(predicted, measured, _SLIP_INFLATION)
-        return Fused(again.state, fused.nis, True)
+        followed = self.follow(measured, predicted.frames)
+        return Fused(followed.state, fused.nis, True)
 
-    def _update(self, predicted: Accumulated, measured: RelativePose, inflation: float) -> Fused:
+    def _update(self, predicted: Accumulated, measured: RelativePose) -> Fused:
         pose, biases, covariance, nis = _updated(
             self.keyframe.pose,
             self.keyframe.biases,
             self.keyframe.covariance,
             predicted.pose,
-            inflation * predicted.covariance,
+            predicted.covariance,
             self._by_all_biases(predicted),
             measured.pose,
             measured.covariance,
@@ -164,6 +187,7 @@ class RelativeFilter:
     def commit(self, fused: Fused) -> None:
         """The current frame becomes the keyframe."""
         self.keyframe = fused.state
+        self._doubt = fused.doubt
 
     def offset(self) -> tuple[float, float]:
         """The disparity offset at the keyframe and its sigma, px."""

@@ -1,5 +1,9 @@
 """The front end for images: stereo features, matched over time where the prediction says."""
 
+from dataclasses import replace
+
+import numpy as np
+
 from grouser.estimators.base import Observation
 from grouser.estimators.visual.base import Frontend
 from grouser.estimators.visual.descriptor import Image
@@ -36,6 +40,7 @@ class ImageFrontend(Frontend[StereoFrame, Keyframe]):
         self._stereo = StereoFrontend(options, disparity_offset=camera.disparity_offset)
         self._matching = matching
         self._noise = noise
+        self._last: tuple[Image, Image] | None = None
 
     @property
     def expected_noise(self) -> Array:
@@ -43,10 +48,15 @@ class ImageFrontend(Frontend[StereoFrame, Keyframe]):
 
     def reset(self) -> None:
         self._stereo.reset()
+        self._last = None
 
     def extract(self, observation: Observation) -> StereoFrame:
         left, right = (self._image(observation, eye) for eye in ("left", "right"))
-        return self._stereo.extract(left, right)
+        repeated = self._last is not None and _same(self._last, (left, right))
+        self._last = left, right
+        frame = self._stereo.extract(left, right)
+        # Sensors are noisy: the same bits again are a frame that got stuck, and tell nothing.
+        return _nothing_of(frame) if repeated and not _at_rest(observation) else frame
 
     def make_keyframe(self, frame: StereoFrame) -> Keyframe:
         return self._stereo.make_keyframe(frame)
@@ -72,3 +82,17 @@ class ImageFrontend(Frontend[StereoFrame, Keyframe]):
                 "of that size, and estimate before whatever resizes them"
             )
         return image
+
+
+def _same(before: tuple[Image, Image], now: tuple[Image, Image]) -> bool:
+    return all(np.array_equal(a, b) for a, b in zip(before, now, strict=True))
+
+
+def _at_rest(observation: Observation) -> bool:
+    """Whether tracks say that nothing moves: without any noise, images then are the same."""
+    return "tracks" in observation and not np.any(observation["tracks"])
+
+
+def _nothing_of(frame: StereoFrame) -> StereoFrame:
+    """The frame without a point."""
+    return replace(frame, points=frame.points[:0], descriptors=frame.descriptors[:0])

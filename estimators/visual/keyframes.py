@@ -35,6 +35,9 @@ class KeyframeRule:
         moved = np.hypot(relative[0], relative[1]) > self.distance or abs(relative[2]) > self.turn
         if sight.motion is None:
             return bool(moved) or failures >= self.patience
-        few = sight.diagnostics["inliers"] < self.inlier_share * self.points
-        few |= sight.diagnostics["candidates"] < self.points
+        few = self.sees_little(sight) or sight.diagnostics["candidates"] < self.points
         return bool(moved or few or frames >= self.frames)
+
+    def sees_little(self, sight: Sight) -> bool:
+        """Whether few of the keyframe's points are found again."""
+        return bool(sight.diagnostics["inliers"] < self.inlier_share * self.points)

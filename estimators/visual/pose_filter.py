@@ -15,6 +15,9 @@ class PoseFilter(Protocol):
     def coast(self, predicted: Accumulated) -> Fused:
         """Prediction alone."""
 
+    def doubt(self, predicted: Accumulated, anchor: Array) -> Fused:
+        """Prediction alone, where the robot may as well have stayed at the anchor (3,)."""
+
     def follow(self, measured: RelativePose, frames: int) -> Fused:
         """Measurement alone, after so many frames."""
 

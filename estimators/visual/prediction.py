@@ -12,7 +12,7 @@ from grouser.estimators.track_motion import (
     arc_jacobian,
     arc_pose,
     chord,
-    observed_increments,
+    reported_increments,
     track_increment,
     track_increment_jacobian,
 )
@@ -31,6 +31,8 @@ class Increment:
     """(3, 3) of its white noise"""
     by_biases: Array
     """(3, n) derivative by the predictor's constant errors"""
+    measured: bool = True
+    """Whether it may be fused; a guess says only where to search."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,9 +58,10 @@ class TrackScales:
 
 
 class MotionPredictor(ABC):
-    """Predicts increments; `measures` says whether they are a measurement that may be fused."""
+    """Predicts increments, which are measured, or guessed where nothing measures them."""
 
     measures: bool
+    """Whether there is anything that measures them, be it silent for a while."""
     errors: ConstantErrors
     """Its n constant errors, which the filter estimates."""
 
@@ -98,9 +101,12 @@ class TrackPredictor(MotionPredictor):
         self._noise = noise
         self._side_slip = side_slip
         self._turn_noise = turn_noise
+        self._last: Array | None = None
 
     def predict(self, observation: Observation, biases: Array) -> Increment:
-        measured = observed_increments(observation)
+        measured = reported_increments(observation)
+        if measured is None:
+            return self._guess(np.zeros((3, len(biases))))
         width = self._tracks.effective_width
         du = measured * (1 + biases[:2])
         turn, arc_length = track_increment(du, width)
@@ -117,8 +123,14 @@ class TrackPredictor(MotionPredictor):
         by_biases = np.column_stack([by_du * measured, by_turn * turn, by_side])
         return Increment(across @ straight, covariance, by_biases)
 
+    def _guess(self, by_biases: Array) -> Increment:
+        if self._last is None:
+            return Increment(np.zeros(3), np.diag(_UNKNOWN**2), by_biases, measured=False)
+        return _again(self._last, by_biases)
+
     def learn(self, increment: Array | None) -> None:
-        """The tracks need no memory."""
+        """The tracks need it where they report nothing."""
+        self._last = None if increment is None else increment.copy()
 
     def tell(self, biases: Array, covariance: Array) -> dict[str, float]:
         width = self._tracks.effective_width / (1 + float(biases[2]))
@@ -143,18 +155,26 @@ class VelocityPredictor(MotionPredictor):
     def predict(self, observation: Observation, biases: Array) -> Increment:
         zero = np.zeros((3, 0))
         if self._last is None:
-            return Increment(np.zeros(3), np.diag(self._first**2), zero)
-        turn = float(self._last[2])
-        along = np.array([np.cos(turn / 2), np.sin(turn / 2), 0.0])
-        across = np.array([-along[1], along[0], 0.0])
-        length = float(along @ self._last)
-        covariance = (0.02 + 0.1 * abs(length)) ** 2 * np.outer(along, along)
-        covariance += (0.0005 + 0.04 * abs(length)) ** 2 * np.outer(across, across)
-        covariance[2, 2] = np.radians(1.5) ** 2
-        return Increment(np.append(length * along[:2], turn), covariance, zero)
+            return Increment(np.zeros(3), np.diag(self._first**2), zero, measured=False)
+        return _again(self._last, zero)
 
     def learn(self, increment: Array | None) -> None:
         self._last = None if increment is None else increment.copy()
 
     def tell(self, biases: Array, covariance: Array) -> dict[str, float]:
         return {}
+
+
+def _again(last: Array, by_biases: Array) -> Increment:
+    """The guess that the last increment (3,) comes again, but for what it had across."""
+    turn = float(last[2])
+    along = np.array([np.cos(turn / 2), np.sin(turn / 2), 0.0])
+    across = np.array([-along[1], along[0], 0.0])
+    length = float(along @ last)
+    covariance = (0.02 + 0.1 * abs(length)) ** 2 * np.outer(along, along)
+    covariance += (0.0005 + 0.04 * abs(length)) ** 2 * np.outer(across, across)
+    covariance[2, 2] = np.radians(1.5) ** 2
+    return Increment(np.append(length * along[:2], turn), covariance, by_biases, measured=False)
+
+
+_UNKNOWN = np.array([0.5, 0.1, 0.2])  # m, m, rad a frame: one sigma of a motion that nobody knows

@@ -29,6 +29,10 @@ class PrintedFilter:
         """Eqs. (6) to (11) alone."""
         return self._state(compose(self._last.pose, predicted.pose), self._predicted(predicted))
 
+    def doubt(self, predicted: Accumulated, anchor: Array) -> Fused:
+        """The paper never doubts its tracks."""
+        return self.coast(predicted)
+
     def follow(self, measured: RelativePose, frames: int) -> Fused:
         """Without tracks the measurement is all there is."""
         return self._state(compose(self._last.pose, measured.pose), self._last.covariance + _R)

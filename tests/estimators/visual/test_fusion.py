@@ -230,3 +230,18 @@ def test_an_offset_that_is_doubted_spreads_what_followed_from_it() -> None:
     before = narrow.keyframe
     narrow.doubt_offset(0.01)
     assert narrow.keyframe is before, "what is doubted anyway is not made sure"
+
+
+def test_doubt_covers_both_ends_from_keyframe_to_keyframe() -> None:
+    """Tracks that move: whether the robot does or not, the truth is within two sigma."""
+    kalman, moved = exact(), np.zeros(3)
+    for _ in range(20):
+        tracks = predicted(3)
+        moved = compose(moved, tracks.pose)
+        kalman.commit(kalman.doubt(tracks, np.zeros(3)))
+    state = kalman.keyframe
+    for truth in (np.zeros(3), moved):
+        error = truth - state.pose
+        assert error @ np.linalg.solve(state.covariance[:3, :3], error) < 4.0
+    kalman.commit(kalman.fuse(predicted(3), vision(predicted(3).pose)))
+    assert kalman.doubt(predicted(3), np.zeros(3)).doubt[0] < 0.2  # type: ignore[index]
