@@ -70,13 +70,13 @@ def run(estimator: PoseEstimator, observations: Sequence[Observation]) -> list[P
     return [first, *(estimator.update(observation) for observation in shown[1:])]
 
 
-def drive(seed: int) -> tuple[Rig, list[Observation], Array]:
+def drive(seed: int, frames: int = FRAMES) -> tuple[Rig, list[Observation], Array]:
     """Rig, observations and true poses (n, 3) of a figure-eight in the yard."""
     env = TrackedRobotEnv(sensors=("left", "right", "tracks", "imu"))
     shown, info = env.reset(seed=seed)
     observations, truths = [shown], [info["true_pose"]]
     act = figure_eight(env.rig)
-    for step in range(FRAMES - 1):
+    for step in range(frames - 1):
         shown, _, _, _, info = env.step(act(step).astype(np.float32))
         observations.append(shown)
         truths.append(info["true_pose"])
