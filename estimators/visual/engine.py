@@ -136,6 +136,9 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         seen = None if stands or chance else glimpse
         self._stood = stands or (self._stood and seen is None)
         fused = self._fuse(seen, stands)
+        if fused.slipped and self._rule.sees_little(sight):
+            # A few matches against the tracks may be chance: neither is sure, both are covered.
+            seen, fused = None, self._filter.doubt(self._predicted, self._glimpsed)
         relative = self._filter.relative(fused)
         pose_3d = self._keyframe_pose_3d @ chassis_pose(relative, *sight.out_of_plane())
         if stands:
