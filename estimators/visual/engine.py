@@ -132,12 +132,12 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         glimpse = None if sight.motion is None else sight.planar()
         stands = self._stands(glimpse, increment)
         # After standing, everything may be elsewhere: a few matches then are found by chance.
-        chance = self._stood and self._rule.sees_little(sight)
-        seen = None if stands or chance else glimpse
+        few = self._rule.sees_little(sight)
+        seen = None if stands or (few and self._stood) else glimpse
         self._stood = stands or (self._stood and seen is None)
         fused = self._fuse(seen, stands)
-        if fused.slipped and self._rule.sees_little(sight):
-            # A few matches against the tracks may be chance: neither is sure, both are covered.
+        if fused.slipped and few and sight.fits_by_chance:
+            # Against the tracks: neither is sure, both are covered.
             seen, fused = None, self._filter.doubt(self._predicted, self._glimpsed)
         relative = self._filter.relative(fused)
         pose_3d = self._keyframe_pose_3d @ chassis_pose(relative, *sight.out_of_plane())
