@@ -13,6 +13,7 @@ from grouser.estimators.visual.constant_errors import ConstantErrors
 from grouser.estimators.visual.disparity_check import DisparityCheck
 from grouser.estimators.visual.fusion import Fused, RelativePose, nothing_yet
 from grouser.estimators.visual.keyframes import KeyframeRule
+from grouser.estimators.visual.levelling import levelling
 from grouser.estimators.visual.motion import chassis_pose
 from grouser.estimators.visual.pose_filter import PoseFilter
 from grouser.estimators.visual.prediction import Increment, MotionPredictor
@@ -20,6 +21,7 @@ from grouser.estimators.visual.prior import VAGUE_SIDE, ChassisPrior, MotionPrio
 from grouser.estimators.visual.sight import (
     Expectation,
     KeyframeSight,
+    Sight,
     pose_motion,
     pose_to_motion,
 )
@@ -135,11 +137,12 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         few = self._rule.sees_little(sight)
         seen = None if stands or (few and self._stood) else glimpse
         self._stood = stands or (self._stood and seen is None)
-        fused = self._fuse(seen, stands)
+        level = self._level(glimpse, sight)
+        fused = self._fuse(seen, stands, level)
         if fused.slipped and few and sight.fits_by_chance:
             # Against the tracks: neither is sure, both are covered.
-            seen, fused = None, self._filter.doubt(self._predicted, self._glimpsed)
-        relative = self._filter.relative(fused)
+            seen, fused = None, self._doubt(level)
+        relative = self._filter.relative(fused) - level
         pose_3d = self._keyframe_pose_3d @ chassis_pose(relative, *sight.out_of_plane())
         if stands:
             self._expect_rest(increment)
@@ -216,17 +219,30 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         side_sigma = float(np.sqrt(by_pose @ predicted.covariance @ by_pose))
         return self._prior.about(pose_motion(predicted.pose), side_sigma, self._mount_sigma)
 
-    def _fuse(self, seen: RelativePose | None, stands: bool) -> Fused:
+    def _level(self, glimpse: RelativePose | None, sight: Sight) -> Array:
+        """(3,) what the keyframe's tilt adds to all that is seen from it."""
+        level = np.empty(3)
+        height, _, pitch = sight.out_of_plane()
+        seen = self._predicted if glimpse is None else glimpse
+        levelling(self._keyframe_pose_3d, seen.pose, height, pitch, level)
+        return level
+
+    def _fuse(self, seen: RelativePose | None, stands: bool, level: Array) -> Fused:
         self._doubtful |= stands
         if seen is None and self._doubtful:
-            return self._filter.doubt(self._predicted, self._glimpsed)
+            return self._doubt(level)
+        predicted = self._predicted.shifted(level)
         if seen is None:
-            return self._filter.coast(self._predicted)
-        if not self._predicted.measured:
-            return self._filter.follow(seen, self._predicted.frames)
-        fused = self._filter.fuse(self._predicted, seen)
+            return self._filter.coast(predicted)
+        seen = seen.shifted(level)
+        if not predicted.measured:
+            return self._filter.follow(seen, predicted.frames)
+        fused = self._filter.fuse(predicted, seen)
         self._doubtful = fused.slipped
         return fused
+
+    def _doubt(self, level: Array) -> Fused:
+        return self._filter.doubt(self._predicted.shifted(level), self._glimpsed + level)
 
     def _learn(self, relative: Array, seen: RelativePose | None, expected: Expectation) -> None:
         """What the next prediction starts from."""

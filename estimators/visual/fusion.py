@@ -51,6 +51,10 @@ class RelativePose:
     by_disparity: Array
     """(3,) its error per px of disparity offset"""
 
+    def shifted(self, by: Array) -> "RelativePose":
+        """The same with its pose shifted by (3,)."""
+        return replace(self, pose=self.pose + by)
+
 
 @dataclass(frozen=True, slots=True)
 class Accumulated:
@@ -74,6 +78,10 @@ class Accumulated:
         pose = compose(self.pose, increment.pose)
         measured = self.measured and increment.measured
         return Accumulated(pose, covariance, by_biases, self.frames + 1, measured)
+
+    def shifted(self, by: Array) -> "Accumulated":
+        """The same with its pose shifted by (3,)."""
+        return replace(self, pose=self.pose + by)
 
 
 def nothing_yet(errors: ConstantErrors) -> Accumulated:
