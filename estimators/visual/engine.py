@@ -185,7 +185,7 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         self._keyframe_pose_3d = pose_3d.copy()
         self._predicted = nothing_yet(self._predictor.errors)
         self._believed = Expectation(np.zeros(3), np.zeros((3, 3)))
-        self._glimpsed = np.zeros(3)
+        self._glimpsed = Expectation(np.zeros(3), np.zeros((3, 3)))
 
     def _predict(self, observation: Observation) -> tuple[Increment, Expectation]:
         """Takes the increment into the filter's prediction, and says where to search."""
@@ -205,9 +205,9 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         """
         if glimpse is None:
             return False
-        step = between(self._glimpsed, glimpse.pose)
-        self._glimpsed = glimpse.pose
-        return contradicted(step, increment)
+        before, self._glimpsed = self._glimpsed, Expectation(glimpse.pose, glimpse.covariance)
+        step = between(before.pose, glimpse.pose)
+        return contradicted(step, before.covariance + glimpse.covariance, increment)
 
     def _believe(self) -> MotionPrior:
         """The prior of the motion since the keyframe, from the prediction alone."""
@@ -242,7 +242,7 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         return fused
 
     def _doubt(self, level: Array) -> Fused:
-        return self._filter.doubt(self._predicted.shifted(level), self._glimpsed + level)
+        return self._filter.doubt(self._predicted.shifted(level), self._glimpsed.pose + level)
 
     def _learn(self, relative: Array, seen: RelativePose | None, expected: Expectation) -> None:
         """What the next prediction starts from."""
@@ -257,7 +257,7 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
     def _expect_rest(self, increment: Increment) -> None:
         """The next frame may go on standing, or come to where the tracks say."""
         either = np.diag(increment.pose**2) + increment.covariance
-        self._believed = Expectation(self._glimpsed, either)
+        self._believed = Expectation(self._glimpsed.pose, either)
         self._failures = 0
 
     def _status(self, seen: RelativePose | None, stamp: float) -> Status:
