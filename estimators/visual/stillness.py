@@ -1,13 +1,17 @@
 """Does vision stand still while the tracks move? They slip in full, or the camera is stuck."""
 
+import math
+
 import numpy as np
 
 from grouser.estimators.visual.prediction import Increment
-from grouser.geometry import Array, wrap
+from grouser.estimators.visual.single_pose import wrapped
+from grouser.geometry import Array
+from grouser.kernels import kernel_using
 
-_MOVES = np.array([0.01, 0.02])  # m, rad a frame: less is too little to tell
+_LEAST_WAY, _LEAST_TURN = 0.01, 0.02  # m, rad a frame: less is too little to tell
 _SHARE = 0.1  # of what the tracks say: so little is rest
-_REST = np.array([1e-3, 1e-3])  # m, rad a frame: the noise of vision at rest
+_REST = 1e-3  # m, rad a frame: the noise of vision at rest
 _GATE = 16.3  # chi-square of 3 degrees of freedom at 99.9 %
 
 
@@ -18,14 +22,18 @@ def contradicted(step: Array, noise: Array, increment: Increment) -> bool:
     """
     if not increment.measured:
         return False
-    expected, seen = _lengths(increment.pose), _lengths(step)
-    if not ((expected > _MOVES).any() and (seen <= _REST + _SHARE * expected).all()):
+    return bool(_stands(step, increment.pose, noise + increment.covariance))
+
+
+@kernel_using(wrapped)
+def _stands(step: Array, expected: Array, covariance: Array) -> bool:
+    way, turn = math.hypot(expected[0], expected[1]), abs(wrapped(expected[2]))
+    if way <= _LEAST_WAY and turn <= _LEAST_TURN:
         return False
-    missing = increment.pose - step
-    missing[2] = float(wrap(missing[2]))
-    return bool(missing @ np.linalg.solve(noise + increment.covariance, missing) > _GATE)
-
-
-def _lengths(pose: Array) -> Array:
-    """(2,) how far it is, m, and how much it turns, rad."""
-    return np.array([np.hypot(pose[0], pose[1]), abs(float(wrap(pose[2])))])
+    if math.hypot(step[0], step[1]) > _REST + _SHARE * way:
+        return False
+    if abs(wrapped(step[2])) > _REST + _SHARE * turn:
+        return False
+    missing = expected - step
+    missing[2] = wrapped(missing[2])
+    return bool(missing @ np.linalg.solve(covariance, missing) > _GATE)
