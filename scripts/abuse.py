@@ -1,118 +1,38 @@
-"""What estimators make of sensors that go wrong for a while, on a drive of the simulated robot.
+"""`grouser abuse`: what estimators make of sensors that go wrong for a while."""
 
-`python -m grouser.scripts.abuse [estimator ...]` prints a table: statuses while it lasts, by what
-the sigma of the place grows, frames until it tracks again, and how often it is confidently wrong.
-"""
-
-import sys
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
-import numpy as np
-from rich.table import Table
-
-from grouser.agents.scripted import figure_eight
-from grouser.envs.tracked_robot import TrackedRobotEnv
-from grouser.estimators import Status, make
-from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator
-from grouser.estimators.evaluation.spoils import SPOILS, spoilt
-from grouser.geometry import Array, wrap
-from grouser.rig import Rig
-from grouser.scripts.terminal import table_console
-
-FRAMES, WINDOW, SEEDS = 160, range(60, 90), (0, 1, 2)
-BEYOND = 22.06
-"""chi-square of 3 degrees of freedom that is as rare as 4 sigma of one: 6.3e-5."""
+import tyro
 
 
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """One run."""
+@dataclass(frozen=True)
+class Abuse:
+    """Spoil what the simulated robot senses for three seconds, and see what estimators make of it.
 
-    statuses: dict[Status, int]
-    """Frames of the window."""
-    growth: float
-    """Of the place's sigma, over the window."""
-    recovery: int | None
-    """Frames after the window until it tracks."""
-    wrong: int
-    """Frames that track and are off beyond 4 sigma."""
-    tracking: int
-    """Frames that track."""
+    Images go black, white, dark, blurred, saturated, frozen or change eyes; tracks fall silent,
+    stick or read zero. The table has the frames of that while by status (all drives together), by
+    what the sigma of the place grew, how many frames later it tracked again, and the share of the
+    frames that track, over the whole drive, in which the pose is off by more than 4 sigma.
 
+    Some to try:
 
-def outcome(estimates: Sequence[PoseEstimate], truths: Array, window: range) -> Outcome:
-    """What came of a window of spoilt frames; truths: (n, 3)."""
-    errors = np.array([estimate.pose for estimate in estimates]) - truths
-    errors[:, 2] = wrap(errors[:, 2])
-    covariances = np.array([estimate.covariance for estimate in estimates])
-    far = np.array(
-        [error @ np.linalg.pinv(P) @ error for error, P in zip(errors, covariances, strict=True)]
+    grouser abuse
+
+    grouser abuse --estimators vo-imu-gps five-point-ransac --spoils frozen "tracks silent"
+    """
+
+    estimators: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME ...")] = (
+        "one-point-ransac",
     )
-    tracks = np.array([estimate.status is Status.TRACKING for estimate in estimates])
-    sigmas = np.sqrt(covariances[:, 0, 0] + covariances[:, 1, 1])
-    back = np.flatnonzero(tracks[window.stop :])
-    seen = [estimates[index].status for index in window]
-    return Outcome(
-        statuses={status: seen.count(status) for status in Status},
-        growth=float(sigmas[window.stop - 1] / sigmas[window.start - 1]),
-        recovery=int(back[0]) if len(back) else None,
-        wrong=int(np.sum(tracks[1:] & (far[1:] > BEYOND))),
-        tracking=int(np.sum(tracks[1:])),
-    )
+    """Registered names."""
+    spoils: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME ...")] = ()
+    """By name; all of them when left out. A wrong name lists those that there are."""
+    seeds: int = 3
+    """Drives, each in another yard."""
 
+    def run(self) -> int:
+        """Drive, spoil, print, and return the exit code."""
+        from grouser.scripts.abuse_work import abuse  # help and misspellings need not wait
 
-def run(estimator: PoseEstimator, observations: Sequence[Observation]) -> list[PoseEstimate]:
-    """The estimator's view of the observations that it reads."""
-    keys = estimator.requires | estimator.optional
-    shown = [{key: o[key] for key in keys & set(o)} for o in observations]
-    first = estimator.reset(shown[0], rng=np.random.default_rng(0))
-    return [first, *(estimator.update(observation) for observation in shown[1:])]
-
-
-def drive(seed: int, frames: int = FRAMES) -> tuple[Rig, list[Observation], Array]:
-    """Rig, observations and true poses (n, 3) of a figure-eight in the yard."""
-    env = TrackedRobotEnv(sensors=("left", "right", "tracks", "imu"))
-    shown, info = env.reset(seed=seed)
-    observations, truths = [shown], [info["true_pose"]]
-    act = figure_eight(env.rig)
-    for step in range(frames - 1):
-        shown, _, _, _, info = env.step(act(step).astype(np.float32))
-        observations.append(shown)
-        truths.append(info["true_pose"])
-    env.close()
-    return env.rig, list(observations), np.array(truths)
-
-
-def main(names: Sequence[str]) -> int:
-    """Print the table of each estimator."""
-    drives = [drive(seed) for seed in SEEDS]
-    for name in names or ("one-point-ransac",):
-        table = Table(title=f"{name}, {len(SEEDS)} drives, frames {WINDOW.start} to {WINDOW.stop}")
-        table.add_column("spoil")
-        for column in ("tracking", "coasting", "lost", "sigma x", "recovery", "beyond 4 sigma"):
-            table.add_column(column, justify="right")
-        for spoil in SPOILS:
-            found = [
-                outcome(
-                    run(make(name, rig), spoilt(seen, spoil, WINDOW, np.random.default_rng(5))),
-                    truths,
-                    WINDOW,
-                )
-                for rig, seen, truths in drives
-            ]
-            table.add_row(spoil, *_cells(found))
-        table_console().print(table)
-    return 0
-
-
-def _cells(found: Sequence[Outcome]) -> list[str]:
-    frames = [str(sum(o.statuses[status] for o in found)) for status in Status]
-    recoveries = [o.recovery for o in found]
-    last = "never" if None in recoveries else str(max(r for r in recoveries if r is not None))
-    wrong = 100 * sum(o.wrong for o in found) / max(1, sum(o.tracking for o in found))
-    return [*frames, f"{np.median([o.growth for o in found]):.1f}", last, f"{wrong:.1f} %"]
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+        return abuse(self)

@@ -8,6 +8,7 @@ from typing import Protocol
 import tyro
 
 from grouser import __version__
+from grouser.scripts.abuse import Abuse
 from grouser.scripts.calibrate import Calibrate
 from grouser.scripts.compare import Compare
 from grouser.scripts.montecarlo import MonteCarlo
@@ -23,6 +24,7 @@ class _Command(Protocol):
 
 
 COMMANDS: dict[str, Callable[..., _Command]] = {
+    "abuse": Abuse,
     "compare": Compare,
     "calibrate": Calibrate,
     "worlds": Worlds,
