@@ -87,7 +87,9 @@ class CoupledOdometry:
         if self._filter is None:
             raise RuntimeError("call reset() with the first observation before update()")
         biases, _ = self._filter.of_predictor()
-        self._filter.predict(self._predictor.predict(observation, biases))
+        increment = self._predictor.predict(observation, biases)
+        self._measured = self._predictor.measures and increment.measured
+        self._filter.predict(increment)
         heard = self._filter.hear(observation, blind=not self._sourced)
         fused, self._sourced = self._look(self._filter, observation)
         if self._sourced:
@@ -118,8 +120,7 @@ class CoupledOdometry:
             self._supported_at = now
             return Status.TRACKING
         blind = now - self._supported_at > self._options.lost_after
-        lost = blind and not self._predictor.measures
-        return Status.LOST if lost else Status.COASTING
+        return Status.LOST if blind and not self._measured else Status.COASTING
 
     def _estimate(
         self, observation: Observation, fused: JointFused, heard: Heard, status: Status

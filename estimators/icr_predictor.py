@@ -20,7 +20,7 @@ from grouser.estimators.icr_motion import (
     mirrored,
     mirrored_jacobian,
 )
-from grouser.estimators.track_motion import SideSlip, TrackNoise, observed_increments
+from grouser.estimators.track_motion import SideSlip, TrackNoise, reported_increments
 from grouser.estimators.visual.constant_errors import ConstantErrors
 from grouser.estimators.visual.prediction import Increment, MotionPredictor
 from grouser.geometry import Array, exp
@@ -111,9 +111,13 @@ class IcrPredictor(MotionPredictor):
         self._noise = TrackNoise(options.track_noise, options.track_noise_floor)
         self._side_slip = SideSlip(options.side_slip, options.side_slip_turning)
         self._last = np.zeros(2)
+        self._guess, self._silent = np.zeros(3), 0
 
     def predict(self, observation: Observation, biases: Array) -> Increment:
-        measured = observed_increments(observation)
+        measured = reported_increments(observation)
+        if measured is None:
+            return self._go_on(np.zeros((3, len(biases))))
+        self._silent = 0
         du = measured * (1 + biases[_SCALES])
         of_left_curve, M = self._expected + biases[_CENTRES], self._course(du)
         centres = M @ of_left_curve
@@ -127,8 +131,17 @@ class IcrPredictor(MotionPredictor):
         by_side = [-straight[1], straight[0], 0.0]
         by_biases = np.column_stack([by_twist @ twist_by_centres @ M, by_du * measured, by_side])
         covariance = self._covariance(du, measured - self._last, twist, by_du, by_twist)
-        self._last = measured.copy()
-        return Increment(across @ straight, covariance, by_biases)
+        self._last, self._guess = measured.copy(), across @ straight
+        return Increment(self._guess, covariance, by_biases)
+
+    def _go_on(self, by_biases: Array) -> Increment:
+        """Silent tracks leave a guess, that the robot goes on as it went."""
+        self._silent += 1
+        way, turn = float(np.hypot(*self._guess[:2])), abs(float(self._guess[2]))
+        sigma = np.array([way, way, turn]) + _CREEP
+        # It may have stopped at once, or gone twice as fast: such errors add up, not their squares.
+        spread = (2 * self._silent - 1) * np.diag(sigma**2)
+        return Increment(self._guess, spread, by_biases, measured=False)
 
     def learn(self, increment: Array | None) -> None:
         """The tracks need to know no more than their last increment."""
@@ -154,6 +167,9 @@ class IcrPredictor(MotionPredictor):
         covariance = by_du @ of_tracks @ by_du.T
         covariance += (self._options.turn_noise * turn) ** 2 * np.outer(by_turn, by_turn)
         return np.asarray(covariance + self._side_slip.covariance(turn, float(twist[0])))
+
+
+_CREEP = np.array([0.01, 0.005, 0.02])  # m, m, rad a frame that a robot at rest may begin to move
 
 
 def _across(slip: float) -> Array:

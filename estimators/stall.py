@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from grouser.estimators.base import Observation
-from grouser.estimators.track_motion import observed_increments
+from grouser.estimators.track_motion import reported_increments
 from grouser.estimators.visual.prediction import Increment, MotionPredictor
 from grouser.geometry import Array
 
@@ -48,7 +48,11 @@ class StallWatch:
 
     def watch(self, observation: Observation) -> None:
         """Take the next observation."""
-        speed = float(observed_increments(observation).mean()) / self._dt
+        increments = reported_increments(observation)
+        if increments is None:  # silent tracks are no sign of a stall
+            self._felt.clear()
+            return
+        speed = float(increments.mean()) / self._dt
         imu = observation["imu"]
         self._felt.append(_Felt(speed, float(imu[0]), float(imu[4])))
         if self.stalled:

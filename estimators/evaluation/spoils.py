@@ -71,6 +71,13 @@ def _swapped(
     return {"left": frames[frame]["right"].copy(), "right": frames[frame]["left"].copy()}
 
 
+def _one_eye_twice(
+    frames: Sequence[Observation], start: int, frame: int, rng: np.random.Generator
+) -> dict[str, NDArray[Any]]:
+    """No parallax: nothing has a depth."""
+    return {"right": frames[frame]["left"].copy()}
+
+
 def _together(*spoils: Spoil) -> Spoil:
     def spoil(
         frames: Sequence[Observation], start: int, frame: int, rng: np.random.Generator
@@ -95,6 +102,7 @@ SPOILS = MappingProxyType(
         "blurred": _of_images(_blurred),
         "static": _of_images(lambda image, rng: rng.uniform(0, 255, image.shape)),
         "right eye black": _of_images(lambda image, rng: np.zeros_like(image), eyes=("right",)),
+        "one eye twice": _one_eye_twice,
         "frozen": _frozen(0.0),
         "frozen, noisy": _frozen(1.5),
         "swapped": _swapped,

@@ -56,6 +56,19 @@ def test_nothing_makes_its_rivals_confidently_wrong(name: str, spoil: str) -> No
     assert found.recovery is not None and found.recovery <= 4
 
 
+@pytest.mark.parametrize("spoil", ["black", "frozen", "tracks silent", "tracks zero"])
+def test_nothing_of_these_makes_the_fusion_confidently_wrong(spoil: str) -> None:
+    found = suffered("vo-imu-gps", spoil)
+    assert found.wrong == 0
+    assert found.recovery is not None and found.recovery <= 4
+
+
+def test_the_fusion_with_nothing_left_grows_as_uncertain_as_if_it_had_stopped() -> None:
+    found = suffered("vo-imu-gps", "black, tracks silent")
+    assert found.statuses[Status.TRACKING] == 0 and found.statuses[Status.LOST] > 0
+    assert found.growth > 50 and found.wrong == 0
+
+
 @pytest.mark.parametrize("spoil", ["black", "frozen", "swapped"])
 def test_without_tracks_a_blinded_one_coasts_and_comes_back(spoil: str) -> None:
     found = suffered("one-point-ransac", spoil, tracks=False)
