@@ -1,7 +1,7 @@
 """Whatever predicts, corrected by another estimator's motion, a gyroscope and satellite fixes."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,8 +12,10 @@ from grouser.estimators.joint_filter import POSITION_GATE, Heard, JointFilter, J
 from grouser.estimators.pose_source import PoseSource
 from grouser.estimators.position_fixes import PositionFixes
 from grouser.estimators.visual.fusion import RelativePose
-from grouser.estimators.visual.prediction import MotionPredictor
-from grouser.geometry import between
+from grouser.estimators.visual.prediction import Increment, MotionPredictor
+from grouser.estimators.visual.sight import Expectation
+from grouser.estimators.visual.stillness import contradicted, doubt
+from grouser.geometry import Array, between
 from grouser.rig import Rig
 
 
@@ -74,6 +76,7 @@ class CoupledOdometry:
         if self._source:
             self._source.reset(observation, rng=rng)
         self._sourced, self._pose = self._source is not None, np.zeros(3)
+        self._seen, self._stood = Expectation(np.zeros(3), np.zeros((3, 3))), 0
         status = Status.TRACKING if self._sourced else Status.COASTING
         return self._estimate(observation, self._filter.coast(), Heard(), status)
 
@@ -91,27 +94,43 @@ class CoupledOdometry:
         self._measured = self._predictor.measures and increment.measured
         self._filter.predict(increment)
         heard = self._filter.hear(observation, blind=not self._sourced)
-        fused, self._sourced = self._look(self._filter, observation)
+        fused, self._sourced = self._look(self._filter, observation, increment)
         if self._sourced:
             self._predictor.learn(between(self._pose, fused.state.pose))
         self._pose = fused.state.pose.copy()
         status = self._status(float(observation["stamp"][0]), heard)
         return self._estimate(observation, fused, heard, status)
 
-    def _look(self, joint: JointFilter, observation: Observation) -> tuple[JointFused, bool]:
+    def _look(
+        self, joint: JointFilter, observation: Observation, increment: Increment
+    ) -> tuple[JointFused, bool]:
         """The estimate with the source's motion, and whether there was one."""
         if self._source is None or not self._source.update(observation):
+            self._seen, self._stood = Expectation(np.zeros(3), np.zeros((3, 3))), 0
             fused = joint.coast()
             joint.commit(fused)  # there is no motion that a later one would have to replace
             return fused, False
         pose, covariance = self._source.relative()
+        if self._stands(pose, covariance, increment):
+            joint.predict(doubt(increment, self._stood))
+            return joint.coast(), False
         fused = joint.fuse(RelativePose(pose, covariance, by_disparity=np.zeros(3)))
         moved = fused.state.relative
         far = np.hypot(moved[0], moved[1]) > self._options.anchor_distance
         if far or abs(moved[2]) > self._options.anchor_turn:
             joint.commit(fused)
             self._source.anchor()
+            self._seen = Expectation(np.zeros(3), np.zeros((3, 3)))
         return fused, True
+
+    def _stands(self, pose: Array, covariance: Array, increment: Increment) -> bool:
+        """Whether the source saw no motion since the last frame where the tracks measured one."""
+        before, self._seen = self._seen, Expectation(pose, covariance)
+        measured = replace(increment, measured=self._measured)
+        step, noise = between(before.pose, pose), before.covariance + covariance
+        stands = contradicted(step, noise, measured)
+        self._stood = self._stood + 1 if stands else 0
+        return stands
 
     def _status(self, now: float, heard: Heard) -> Status:
         if heard.fixed:

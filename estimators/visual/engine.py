@@ -133,9 +133,12 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         looked = time.perf_counter()
         glimpse = None if sight.motion is None else sight.planar()
         stands = self._stands(glimpse, increment)
-        # After standing, everything may be elsewhere: a few matches then are found by chance.
         few = self._rule.sees_little(sight)
-        seen = None if stands or (few and self._stood) else glimpse
+        # After standing, everything may be elsewhere: a few matches then are found by chance.
+        # So they are where they fit as chance does, unless the tracks say the same.
+        alone = not self._predicted.measured
+        chance = few and (self._stood or (alone and sight.fits_by_chance))
+        seen = None if stands or chance else glimpse
         self._stood = stands or (self._stood and seen is None)
         level = self._level(glimpse, sight)
         fused = self._fuse(seen, stands, level)

@@ -25,6 +25,21 @@ def contradicted(step: Array, noise: Array, increment: Increment) -> bool:
     return bool(_stands(step, increment.pose, noise + increment.covariance))
 
 
+def doubt(increment: Increment, frames: int) -> Increment:
+    """The noise of a motion (3,) that may not have been, for the n-th frame in a row.
+
+    Both stay possible from frame to frame: such errors add up, not their squares.
+    """
+    way, turn = _lengths(increment.pose)
+    spread = (2 * frames - 1) * np.diag([way, way, turn]) ** 2
+    return Increment(np.zeros(3), spread, np.zeros_like(increment.by_biases))
+
+
+def _lengths(pose: Array) -> tuple[float, float]:
+    """How far it is, m, and how much it turns, rad."""
+    return math.hypot(pose[0], pose[1]), abs(float(wrapped(pose[2])))
+
+
 @kernel_using(wrapped)
 def _stands(step: Array, expected: Array, covariance: Array) -> bool:
     way, turn = math.hypot(expected[0], expected[1]), abs(wrapped(expected[2]))
