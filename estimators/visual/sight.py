@@ -27,6 +27,7 @@ _WIDE_SEARCH = 20.0  # px in an image 320 px wide: beyond it the first match is 
 # One sigma of (turn, chord, side, height, roll, pitch) where the prediction has failed.
 _ASTRAY = np.array([0.05, 0.05, 0.02, 0.03, 0.03, 0.05])
 _CHANCE_NOISE = 2.0  # of the assumed pixel variances
+_CHANCE_SHARE = 0.5  # of the matches
 _UNUSABLE_TURN = 0.05  # rad of sigma: the points do not hold the motion
 
 
@@ -66,9 +67,12 @@ class Sight:
 
     @property
     def fits_by_chance(self) -> bool:
-        """Whether the points agree worse than right matches do, by far: wrong ones that happen to
-        agree are some 4 to 18 times as noisy as pixels are, right ones 0.1 to 1 times."""
-        return self.diagnostics.get("noise_ratio", 0.0) > _CHANCE_NOISE
+        """Whether the points agree worse than right matches do, or most matches disagree: wrong
+        ones that happen to agree are some 4 to 18 times as noisy as pixels are, right ones 0.1 to 1
+        times, and four in five of a small sample then are right."""
+        told = self.diagnostics
+        noisy = told.get("noise_ratio", 0.0) > _CHANCE_NOISE
+        return noisy or told["inliers"] < _CHANCE_SHARE * told["matches"]
 
     def planar(self) -> RelativePose:
         """The planar part.
