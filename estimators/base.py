@@ -65,7 +65,9 @@ class PoseEstimator(ABC):
         """Take the next observation and return the pose at its stamp."""
 
 
-OBSERVATION_KEYS = frozenset({"left", "right", "tracks", "lidar", "imu", "gps", "stamp"})
+OBSERVATION_KEYS = frozenset(
+    {"left", "right", "tracks", "lidar", "imu", "gps", "steering", "odometry", "lines", "stamp"}
+)
 """Keys that an environment may show; which of them it does depends on its robot."""
 
 TRUTH_KEYS = frozenset({"true_pose", "true_pose_3d"})

@@ -21,6 +21,7 @@ from grouser.checks import (
 )
 from grouser.frozen import rebuilt
 from grouser.geometry import Array, inverse_transform, rotation_from_rpy, transform
+from grouser.rig_motion import LineSensor, Odometry, Steering
 
 # Columns: the optical axes (x right, y down, z forward) in the base frame (x forward, y left, z up)
 R_BASE_OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
@@ -208,6 +209,9 @@ class Rig:
     lidar: Lidar | None = None
     imu: Imu | None = None
     gps: Gps | None = None
+    steering: Steering | None = None
+    odometry: Odometry | None = None
+    line_sensor: LineSensor | None = None
 
     def __post_init__(self) -> None:
         require_positive(self, "dt")
@@ -266,6 +270,9 @@ _PARTS: dict[str, Any] = {
     "lidar": Lidar,
     "imu": Imu,
     "gps": Gps,
+    "steering": Steering,
+    "odometry": Odometry,
+    "line_sensor": LineSensor,
 }
 _EXPECTED = ", ".join(_PARTS)
 

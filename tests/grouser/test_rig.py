@@ -22,6 +22,7 @@ from grouser.rig import (
     TrackGeometry,
     camera_mount,
 )
+from grouser.rig_motion import LineSensor, Odometry, Steering
 
 TRACKS = TrackGeometry(gauge=0.40, width=0.08, effective_width=0.55)
 STEREO = StereoCamera(
@@ -37,10 +38,20 @@ STEREO = StereoCamera(
 )
 LIDAR = Lidar(360, -np.pi, np.pi / 180, 0.1, 30.0, 0.02, 0.0015, geometry.lift([0.1, 0.0, 0.0]))
 RIG = Rig(dt=0.1, tracks=TRACKS, stereo=STEREO, lidar=LIDAR, imu=Imu(0.05, 0.002), gps=Gps(0.5))
+STEERING = Steering(
+    wheelbase=4.0,
+    max_speed=3.0,
+    max_angle=0.52,
+    max_angle_rate=0.35,
+    sigma_speed=0.3,
+    sigma_angle=0.05,
+)
+SENSOR = LineSensor(range_max=30.0, sigma_range=0.1, sigma_bearing=0.017, max_lines=8)
 
 
 def test_yaml_gives_the_same_rig_back(tmp_path: Path) -> None:
-    for rig in (RIG, Rig(dt=1 / 3), Rig(dt=1e-5, tracks=TRACKS)):
+    lines = Rig(dt=0.025, steering=STEERING, odometry=Odometry(), line_sensor=SENSOR)
+    for rig in (RIG, lines, Rig(dt=1 / 3), Rig(dt=1e-5, tracks=TRACKS)):
         rig.to_yaml(tmp_path / "rig.yaml")
         assert Rig.from_yaml(tmp_path / "rig.yaml") == rig
 
@@ -204,3 +215,17 @@ def test_a_file_that_is_no_rig_is_refused_by_name(tmp_path: Path, text: str, wor
         Rig.from_yaml(path)
     assert f"{path} is not a rig" in str(refused.value)
     assert "expected dt, tracks, stereo, lidar, imu, gps" in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: dataclasses.replace(STEERING, wheelbase=0.0), "wheelbase must be positive"),
+        (lambda: dataclasses.replace(STEERING, max_angle=1.6), "less than a quarter turn, got 1.6"),
+        (lambda: Odometry(heading=-1.0), "heading must be zero or more, got -1.0"),
+        (lambda: dataclasses.replace(SENSOR, max_lines=0), "positive whole number, got 0"),
+    ],
+)
+def test_parts_for_lines_and_steering_refuse_nonsense(make: Any, words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        make()
