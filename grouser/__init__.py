@@ -14,3 +14,4 @@ register(
     vector_entry_point="grouser.envs.vector:tracked_robots",
 )
 register(id="grouser/Replay-v0", entry_point="grouser.envs.replay:ReplayEnv")
+register(id="grouser/LineWorld-v0", entry_point="grouser.envs.line_world:LineWorldEnv")

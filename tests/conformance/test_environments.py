@@ -25,6 +25,17 @@ from grouser.rig import Rig
 IDS = sorted(name for name in gym.registry if name.startswith(f"{grouser.__name__}/"))
 FRAMES = 12
 
+# What gym.make is given, several times where an environment shows different keys, and an estimator
+# that reads them. A recording has its `log` besides.
+MADE: dict[str, list[tuple[dict[str, Any], str]]] = {
+    "grouser/TrackedRobot-v0": [({}, "one-point-ransac")],
+    "grouser/Replay-v0": [({}, "one-point-ransac")],
+    "grouser/LineWorld-v0": [
+        ({"motion": "tracks", "sensors": ["tracks", "lines", "lidar"]}, "dead-reckoning"),
+        ({"world": "yan-over-range", "sensors": ["steering", "lidar"]}, ""),
+    ],
+}
+
 # Key: shape (None: any length) and type, as in the design's table.
 CONTRACT: dict[str, tuple[tuple[int | None, ...], type[np.generic]]] = {
     "left": ((None, None, 1), np.uint8),
@@ -33,6 +44,9 @@ CONTRACT: dict[str, tuple[tuple[int | None, ...], type[np.generic]]] = {
     "lidar": ((None,), np.float32),
     "imu": ((6,), np.float64),
     "gps": ((2,), np.float64),
+    "steering": ((2,), np.float64),
+    "odometry": ((3,), np.float64),
+    "lines": ((None, 4), np.float64),
     "stamp": ((1,), np.float64),
 }
 
@@ -51,11 +65,24 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture(params=IDS)
+EVERY = [(name, options, estimator) for name in IDS for options, estimator in MADE[name]]
+
+
+@pytest.fixture(params=EVERY, ids=[f"{name}{index}" for index, (name, _, _) in enumerate(EVERY)])
 def arguments(request: pytest.FixtureRequest, log: Path) -> dict[str, Any]:
     """What gym.make needs for an environment."""
+    name, options, _ = request.param
     needed: dict[str, dict[str, Any]] = {"grouser/Replay-v0": {"log": str(log)}}
-    return {"id": request.param, **needed.get(request.param, {})}
+    return {"id": name, **options, **needed.get(name, {})}
+
+
+@pytest.fixture
+def estimator(request: pytest.FixtureRequest, arguments: dict[str, Any]) -> str:
+    """One that goes with these arguments."""
+    _, _, name = request.node.callspec.params["arguments"]
+    if not name:
+        pytest.skip("no estimator reads what this vehicle shows")
+    return str(name)
 
 
 def rollout(env: gym.Env[Any, Any], *, seed: int, steps: int = 6) -> list[dict[str, Any]]:
@@ -77,7 +104,7 @@ def digest(observations: list[dict[str, Any]]) -> str:
 
 
 def test_every_environment_is_found() -> None:
-    assert {"grouser/TrackedRobot-v0", "grouser/Replay-v0"} <= set(IDS)
+    assert set(IDS) == set(MADE)
 
 
 @pytest.mark.filterwarnings("error")
@@ -85,21 +112,32 @@ def test_gymnasiums_checker_passes_without_a_warning(arguments: dict[str, Any]) 
     check_env(gym.make(**arguments).unwrapped)
 
 
-# A covariance is a matrix, whatever a policy's default feature extractor would like.
-@pytest.mark.filterwarnings("ignore:Your observation pose_covariance has an unconventional shape")
-@pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("estimator", [None, "one-point-ransac"])
-def test_stable_baselines3s_checker_passes_without_a_warning(
-    arguments: dict[str, Any], estimator: str | None
-) -> None:
+# A covariance is a matrix and lines are rows, whatever a policy's default feature extractor would
+# like.
+_MATRICES = "ignore:Your observation (pose_covariance|lines) has an unconventional shape"
+
+
+def check_with_stable_baselines3(env: gym.Env[Any, Any]) -> None:
     checker = pytest.importorskip(
         "stable_baselines3.common.env_checker",
         reason="Stable-Baselines3 is not installed: pip install -e '.[rl]'",
     )
-    env = gym.make(**arguments).unwrapped
-    checked = env if estimator is None else EstimatedPose(env, estimator)
-    checker.check_env(checked)  # its render check would close the environment first
+    checker.check_env(env)  # its render check would close the environment first
     env.close()
+
+
+@pytest.mark.filterwarnings(_MATRICES)
+@pytest.mark.filterwarnings("error")
+def test_stable_baselines3s_checker_passes_without_a_warning(arguments: dict[str, Any]) -> None:
+    check_with_stable_baselines3(gym.make(**arguments).unwrapped)
+
+
+@pytest.mark.filterwarnings(_MATRICES)
+@pytest.mark.filterwarnings("error")
+def test_with_an_estimator_stable_baselines3s_checker_passes_too(
+    arguments: dict[str, Any], estimator: str
+) -> None:
+    check_with_stable_baselines3(EstimatedPose(gym.make(**arguments).unwrapped, estimator))
 
 
 def test_observations_have_the_keys_shapes_and_types_of_the_contract(
@@ -107,10 +145,11 @@ def test_observations_have_the_keys_shapes_and_types_of_the_contract(
 ) -> None:
     env = gym.make(**arguments)
     for shown in rollout(env, seed=0):
-        assert set(shown) <= OBSERVATION_KEYS and "stamp" in shown
+        stamps = {f"{key}_stamp" for key in shown}
+        assert set(shown) - stamps <= OBSERVATION_KEYS and "stamp" in shown
         assert shown in env.observation_space
         for key, value in shown.items():
-            shape, kind = CONTRACT[key]
+            shape, kind = CONTRACT["stamp" if key in stamps else key]
             assert value.dtype == kind, key
             assert value.ndim == len(shape), key
             assert all(want in (None, got) for got, want in zip(value.shape, shape, strict=True))
@@ -139,6 +178,11 @@ def test_the_rig_describes_what_is_shown(arguments: dict[str, Any]) -> None:
         assert shown["lidar"].max() <= rig.lidar.range_max
     assert ("tracks" in shown) <= (rig.tracks is not None)
     assert ("imu" in shown) <= (rig.imu is not None)
+    assert ("steering" in shown) <= (rig.steering is not None)
+    assert ("odometry" in shown) <= (rig.odometry is not None)
+    if "lines" in shown:
+        assert rig.line_sensor is not None
+        assert shown["lines"].shape == (rig.line_sensor.max_lines, 4)
     env.close()
 
 
@@ -175,8 +219,9 @@ def test_a_seed_fixes_every_bit_in_this_process(arguments: dict[str, Any]) -> No
     twin.close()
 
 
-def test_another_seed_shows_another_world() -> None:
-    env = gym.make("grouser/TrackedRobot-v0")
+@pytest.mark.parametrize("name", ["grouser/TrackedRobot-v0", "grouser/LineWorld-v0"])
+def test_another_seed_shows_another_world_or_other_noise(name: str) -> None:
+    env = gym.make(name)
     assert digest(rollout(env, seed=0, steps=1)) != digest(rollout(env, seed=1, steps=1))
     env.close()
 
@@ -221,8 +266,10 @@ def test_the_spec_survives_json_and_rebuilds_the_environment(arguments: dict[str
     twin.close()
 
 
-def test_with_an_estimator_the_spec_survives_json_too(arguments: dict[str, Any]) -> None:
-    env = EstimatedPose(gym.make(**arguments), "one-point-ransac")
+def test_with_an_estimator_the_spec_survives_json_too(
+    arguments: dict[str, Any], estimator: str
+) -> None:
+    env = EstimatedPose(gym.make(**arguments), estimator)
     assert env.spec is not None
     twin = gym.make(EnvSpec.from_json(env.spec.to_json()))
     assert digest(rollout(env, seed=3)) == digest(rollout(twin, seed=3))
@@ -233,8 +280,10 @@ def test_with_an_estimator_the_spec_survives_json_too(arguments: dict[str, Any])
 
 @pytest.mark.filterwarnings("ignore:.*different from the unwrapped version")  # it is a wrapper
 @pytest.mark.filterwarnings("error")
-def test_with_an_estimator_gymnasiums_checker_passes_too(arguments: dict[str, Any]) -> None:
-    check_env(EstimatedPose(gym.make(**arguments), "one-point-ransac"))
+def test_with_an_estimator_gymnasiums_checker_passes_too(
+    arguments: dict[str, Any], estimator: str
+) -> None:
+    check_env(EstimatedPose(gym.make(**arguments), estimator))
 
 
 class Mute(gym.Wrapper[Any, Any, Any, Any]):
@@ -248,10 +297,10 @@ class Mute(gym.Wrapper[Any, Any, Any, Any]):
 
 
 def test_what_info_says_changes_neither_observation_nor_estimate(
-    arguments: dict[str, Any],
+    arguments: dict[str, Any], estimator: str
 ) -> None:
-    honest = EstimatedPose(gym.make(**arguments), "one-point-ransac")
-    garbled = EstimatedPose(Mute(gym.make(**arguments)), "one-point-ransac")
+    honest = EstimatedPose(gym.make(**arguments), estimator)
+    garbled = EstimatedPose(Mute(gym.make(**arguments)), estimator)
     assert digest(rollout(honest, seed=0)) == digest(rollout(garbled, seed=0))
     honest.close()
     garbled.close()
