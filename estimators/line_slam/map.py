@@ -1,5 +1,6 @@
 """A map of lines with how well they are known, as a value: what a SLAM estimator leaves behind."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -85,6 +86,19 @@ class LineMap:
     def offset_sigmas(self, t: ArrayLike) -> Array:
         """(n, m) how far each line may be off across itself at places t (n, m) along it, m."""
         return offset_sigmas(self.line_covariances, t)
+
+
+class LineMapper(ABC):
+    """What an estimator is besides that makes a map of lines, or finds its way by one."""
+
+    @property
+    @abstractmethod
+    def map(self) -> LineMap:
+        """The lines as they are known now, in the frame of the start.
+
+        Raises:
+            RuntimeError: `reset` was not called yet.
+        """
 
 
 def offset_sigmas(covariances: ArrayLike, t: ArrayLike) -> Array:
