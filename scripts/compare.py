@@ -36,7 +36,8 @@ class Compare:
     """
 
     world: Annotated[str | None, _arg("NAME")] = None
-    """Simulated world to drive in (yard when no --log is given)."""
+    """Simulated world to drive in (yard when no --log is given); yan-normal and yan-over-range are
+    the planes of paper 2, where a vehicle steers through their course."""
     log: Annotated[Path | None, _arg("DIR")] = None
     """Recording to replay instead: a KITTI-odometry-style folder of stereo images."""
     estimators: Annotated[tuple[str, ...], _arg("NAME ...")] = ()
@@ -45,7 +46,8 @@ class Compare:
     seeds: Annotated[int, _arg("N")] = 1
     """Runs of each, one by default: seeds 0 to N-1, of the world and of random choices."""
     steps: Annotated[int | None, _arg("N")] = None
-    """Steps a run: 600 (a minute) in a world, all of a recording by default."""
+    """Steps a run: 600 (a minute) in a world, all of a recording or of a plane's course by
+    default."""
     driver: Annotated[str | None, _arg("NAME")] = None
     """Course in a world: straight, spot-turn, figure-eight (default in the yard), tour (through
     the world's goals; default elsewhere), or waypoints (driven on the estimate)."""

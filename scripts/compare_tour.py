@@ -1,4 +1,4 @@
-"""Drives that fit a world: a way through its goals, planned on its map.
+"""Drives that fit a world: a way through its goals, planned on its map, or a plane's own course.
 
 On a tour an operator steers who sees where the robot is. Only the operator does: what is kept of
 the drive is its actions, and all estimators watch those.
@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from grouser.agents.steering import SteeringDriver
 from grouser.agents.tour import plan_tour
 from grouser.agents.waypoints import SQUARE, WaypointDriver
+from grouser.envs.plane.world import PlaneWorld
 from grouser.estimators.base import PoseEstimate, Status
-from grouser.estimators.evaluation.comparison import OpenLoop
+from grouser.estimators.evaluation.comparison import ClosedLoop, OpenLoop
 from grouser.geometry import Array, between
 from grouser.scripts.compare_source import Env
 
@@ -29,7 +31,7 @@ def tour(scout: Env, seed: int, steps: int) -> OpenLoop:
         scout: the environment of the comparison, without sensors.
     """
     _, info = scout.reset(seed=seed)
-    driver = _through_the_goals(scout, info)
+    driver = _operator(scout, info)
     actions: list[Array] = []
     while len(actions) < steps:
         action = driver(_seen(info))
@@ -38,6 +40,13 @@ def tour(scout: Env, seed: int, steps: int) -> OpenLoop:
         actions.append(action)
         *_, info = scout.step(action.astype(np.float32))
     return lambda step: actions[step] if step < len(actions) else None
+
+
+def _operator(scout: Env, info: dict[str, Any]) -> ClosedLoop:
+    world = scout.get_wrapper_attr("world")
+    if isinstance(world, PlaneWorld):
+        return SteeringDriver(scout.get_wrapper_attr("rig"), world.course)
+    return _through_the_goals(scout, info)
 
 
 def waypoint_driver(scout: Env, seed: int) -> WaypointDriver:

@@ -8,6 +8,7 @@ from typing import Any
 from rich.console import Console
 
 from grouser import __version__
+from grouser.envs.plane.world import PLANE_WORLDS
 from grouser.envs.recordings.kitti import DamagedImage
 from grouser.estimators import registry
 from grouser.estimators.evaluation.plots import plot_results, require_matplotlib
@@ -19,6 +20,7 @@ from grouser.scripts.compare_estimators import choose, sensors_for
 from grouser.scripts.compare_execution import DRIVERS, PLANNED, TOUR, Plan, execute
 from grouser.scripts.compare_source import Log, Source, World
 from grouser.scripts.compare_world import world_options
+from grouser.scripts.plane_source import Plane
 from grouser.scripts.terminal import progress, table_console
 from grouser.scripts.usage import UsageError, usage_errors
 
@@ -88,7 +90,21 @@ def _source(options: Compare) -> Source:
             "--camera-... and --disparity-offset-px describe the camera of a recording and need "
             "--log; a world knows its own camera"
         )
+    if options.world in PLANE_WORLDS:
+        return _plane(options, world)
     return World(options.world or _DEFAULT_WORLD, world)
+
+
+def _plane(options: Compare, world: dict[str, Any]) -> Plane:
+    if world:
+        raise UsageError(f"--{next(iter(world))} does not go with --world {options.world}, a plane")
+    if options.driver not in (None, TOUR):
+        raise UsageError(
+            f"--driver {options.driver} does not go with --world {options.world}, which has a "
+            f"course of its own: leave it out, or give {TOUR}"
+        )
+    assert options.world is not None
+    return Plane(options.world)
 
 
 def _world_options(options: Compare) -> dict[str, Any]:

@@ -148,7 +148,7 @@ def _drive(options: Map, plan: _Plan) -> Run:
 def _actions(options: Map, plan: _Plan) -> OpenLoop:
     source = plan.source
     if isinstance(source, Plane):
-        return source.actions().__getitem__
+        return source.drive(plan.steps)
     if not source.drivable:
         return lambda step: np.zeros(2)
     scout = source.make(())

@@ -2,17 +2,21 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import count
 from typing import Any
 
 import gymnasium as gym
-import numpy as np
 
 import grouser  # noqa: F401  (registers the environments)
-from grouser.agents.steering import SteeringDriver
 from grouser.envs.plane.world import make_plane_world
-from grouser.estimators.base import TRUTH_KEYS, PoseEstimate, Status
+from grouser.estimators.base import TRUTH_KEYS
+from grouser.estimators.evaluation.comparison import OpenLoop
 from grouser.geometry import Array
 from grouser.scripts.compare_source import Env
+from grouser.scripts.compare_tour import tour
+
+_LONG = 100_000
+"""Steps; every world's course is shorter."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,27 +44,16 @@ class Plane:
         return gym.make("grouser/LineWorld-v0", world=self.name, sensors=tuple(sensors))
 
     def steps(self, asked: int | None) -> int:
-        course = len(self.actions())
-        return course if asked is None else min(asked, course)
+        """Those asked for, as far as the course goes on so long."""
+        drive = self.drive(_LONG if asked is None else asked)
+        return next(step for step in count() if drive(step) is None)
 
-    def actions(self) -> list[Array]:
-        """Those of an operator who sees where the vehicle is, to the end of the world's course.
+    def drive(self, steps: int) -> OpenLoop:
+        """The actions of an operator who sees where the vehicle is, until its course ends.
 
         They are the same for every seed, for noise does not move the vehicle.
         """
-        scout = self.make(())
-        driver = SteeringDriver(
-            scout.get_wrapper_attr("rig"), scout.get_wrapper_attr("world").course
-        )
-        _, info = scout.reset(seed=0)
-        actions: list[Array] = []
-        while True:
-            seen = PoseEstimate(info["true_pose"], np.zeros((3, 3)), Status.TRACKING, 0.0)
-            action = driver(seen)
-            if action is None:
-                return actions
-            actions.append(action)
-            *_, info = scout.step(action.astype(np.float32))
+        return tour(self.make(()), 0, steps)
 
     @property
     def segments(self) -> Array:

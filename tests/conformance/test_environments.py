@@ -16,7 +16,7 @@ from gymnasium.utils.env_checker import check_env
 
 import grouser
 from grouser.envs.recordings.kitti import write_kitti_recording
-from grouser.estimators import EstimatedPose
+from grouser.estimators import EstimatedPose, names
 from grouser.estimators.base import OBSERVATION_KEYS, TRUTH_KEYS
 from grouser.estimators.synthetic_drive import synthetic_drive
 from grouser.geometry import inverse_transform, lift
@@ -32,7 +32,7 @@ MADE: dict[str, list[tuple[dict[str, Any], str]]] = {
     "grouser/Replay-v0": [({}, "one-point-ransac")],
     "grouser/LineWorld-v0": [
         ({"motion": "tracks", "sensors": ["tracks", "lines", "lidar"]}, "dead-reckoning"),
-        ({"world": "yan-over-range", "sensors": ["steering", "lidar"]}, ""),
+        ({"world": "yan-over-range", "sensors": ["steering", "lines"]}, "ekf-line-slam"),
     ],
 }
 
@@ -80,8 +80,8 @@ def arguments(request: pytest.FixtureRequest, log: Path) -> dict[str, Any]:
 def estimator(request: pytest.FixtureRequest, arguments: dict[str, Any]) -> str:
     """One that goes with these arguments."""
     _, _, name = request.node.callspec.params["arguments"]
-    if not name:
-        pytest.skip("no estimator reads what this vehicle shows")
+    if name not in names():
+        pytest.skip(f"{name}, which reads what this vehicle shows, is not registered")
     return str(name)
 
 

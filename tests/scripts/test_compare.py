@@ -264,3 +264,25 @@ def test_what_a_world_cannot_be_is_refused_in_words(
     assert run(*BLIND, *told, "--output", tmp_path / "a") == 2
     assert words in " ".join(capsys.readouterr().err.split())
     assert not (tmp_path / "a").exists()
+
+
+def test_a_plane_of_paper_2_is_driven_through_its_course(tmp_path: Path) -> None:
+    arguments = ["--world", "yan-over-range", "--estimators", "ground-truth", "--no-plots"]
+    assert run(*arguments, "--output", tmp_path / "a") == 0
+    (one,) = results(tmp_path / "a")
+    assert one["source"] == "world:yan-over-range"
+    assert one["steps"] == 2296 and one["distance_m"] == pytest.approx(172.2, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--difficulty", "1"], "--difficulty does not go with --world yan-normal, a plane"),
+        (["--driver", "straight"], "--driver straight does not go with --world yan-normal"),
+    ],
+)
+def test_what_does_not_go_with_a_plane_is_refused(
+    arguments: list[str], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("--world", "yan-normal", *arguments, "--output", tmp_path / "a") == 2
+    assert words in capsys.readouterr().err

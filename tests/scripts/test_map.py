@@ -65,13 +65,43 @@ def test_the_way_by_a_map_leaves_the_map_as_it_is(
     assert "the way by" in capsys.readouterr().out
 
 
+@pytest.mark.skipif(
+    "ekf-line-slam" not in registry.names(), reason="ekf-line-slam is not registered"
+)
+def test_the_way_by_a_map_is_no_worse_than_the_way_of_mapping_and_leaves_it_as_it_is(
+    tmp_path: Path,
+) -> None:
+    """The map is of another seed than the ways, which are of the same."""
+
+    def slam(*arguments: str | Path) -> int:
+        return main(["map", "--estimator", "ekf-line-slam", *map(str, arguments)])
+
+    def rms(folder: Path) -> float:
+        poses, truth = (read_tum(folder / f"{name}.tum").poses for name in ("poses", "truth"))
+        return float(np.sqrt(np.mean(np.sum((poses - truth)[:, :2, 3] ** 2, axis=1))))
+
+    assert slam("--seed", "100", "--output", tmp_path / "known") == 0
+    made = tmp_path / "known" / "map.geojson"
+    mapping, finding = [], []
+    for seed in ("1", "2", "3"):
+        slam("--seed", seed, "--output", tmp_path / f"made{seed}")
+        slam("--seed", seed, "--map", made, "--output", tmp_path / f"found{seed}")
+        assert load_line_map(tmp_path / f"found{seed}" / "map.geojson") == load_line_map(made)
+        mapping.append(rms(tmp_path / f"made{seed}"))
+        finding.append(rms(tmp_path / f"found{seed}"))
+    assert np.mean(finding) <= np.mean(mapping)
+
+
 def test_what_a_lidar_hit_lies_on_the_walls_whichever_poses_it_was_seen_from() -> None:
     from grouser.scripts.plane_source import Plane
 
     source = Plane("yan-normal", lidar=True)
     env = ScanKeeper(source.make(["lidar"]))
     poses = [env.reset(seed=0)[1]["true_pose"]]
-    for action in source.actions()[:400]:
+    drive = source.drive(400)
+    for step in range(400):
+        action = drive(step)
+        assert action is not None
         poses.append(env.step(action.astype(np.float32))[4]["true_pose"])
     points = env.points(np.array(poses))
     segments = source.segments.reshape(-1, 2, 2)
