@@ -1,6 +1,7 @@
 """`grouser map`: what it writes, finding the way by what it wrote, and what it refuses."""
 
 from pathlib import Path
+from shutil import copytree
 
 import cv2
 import numpy as np
@@ -109,6 +110,19 @@ def test_what_a_lidar_hit_lies_on_the_walls_whichever_poses_it_was_seen_from() -
     normal = np.stack([np.cos(lines[:, 1]), np.sin(lines[:, 1])])
     off = np.abs(points @ normal - lines[:, 0]).min(axis=1)
     assert len(points) > 1000 and np.median(off) < 0.05 and off.max() < 1.0
+
+
+def test_a_recording_is_replayed_and_without_poses_has_no_truth(
+    tmp_path: Path, wall_log: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("--log", wall_log, "--output", tmp_path / "known") == 0
+    assert (tmp_path / "known" / "truth.tum").exists() and "ATE" in capsys.readouterr().out
+    blind = copytree(wall_log, tmp_path / "blind")
+    (blind / "poses.txt").unlink()
+    assert run("--log", blind, "--output", tmp_path / "unknown") == 0
+    assert not (tmp_path / "unknown" / "truth.tum").exists()
+    told = capsys.readouterr().out
+    assert "ATE" not in told and "truth.tum" not in told
 
 
 @pytest.mark.parametrize("source", [["--lidar"], ["--world", "corridor"]])
