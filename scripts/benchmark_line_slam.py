@@ -1,8 +1,10 @@
-"""How fast paper 2's observers see lines: halving against pieces, and against the closed form."""
+"""How fast lines are seen: paper 2's observers against each other, and lines in lidar scans."""
 
 from functools import partial
 
+import gymnasium as gym
 import numpy as np
+from numpy.typing import NDArray
 
 from grouser.envs.sensors.line_observer import (
     BisectionObserver,
@@ -10,8 +12,16 @@ from grouser.envs.sensors.line_observer import (
     LineObserver,
     PointByPointObserver,
 )
+from grouser.estimators.line_slam.extraction import LineExtractor
 from grouser.geometry import Array
-from grouser.scripts.benchmark_timing import Figures, Measurement, median_seconds, seconds
+from grouser.rig import Rig
+from grouser.scripts.benchmark_timing import (
+    Figures,
+    Measurement,
+    curves,
+    median_seconds,
+    seconds,
+)
 
 _REACH = 30.0  # m, as in the paper
 _SEGMENTS = np.array(
@@ -57,9 +67,24 @@ def many_segments() -> Figures:
     return {"line_slam.closed_1e5_ms": (1e3 * median_seconds(look, _ROUNDS), "ms")}
 
 
+def extraction() -> Figures:
+    """Lines in 360 beams: the robot's scans in a furnished room, each once a round."""
+    rig, scans = _scans_in_a_room()
+    assert rig.lidar is not None
+    extractor = LineExtractor(rig.lidar)
+
+    def extract_all() -> None:
+        for scan in scans:
+            extractor.extract(scan)
+
+    took = median_seconds(extract_all, _ROUNDS) / len(scans)
+    return {"line_slam.extraction_360_ms": (1e3 * took, "ms")}
+
+
 MEASUREMENTS = (
     Measurement(observers, ("line_slam.bisection_over_points", "line_slam.closed_over_bisection")),
     Measurement(many_segments, ("line_slam.closed_1e5_ms",)),
+    Measurement(extraction, ("line_slam.extraction_360_ms",)),
 )
 
 
@@ -72,3 +97,15 @@ def _seen_from_everywhere() -> tuple[Array, Array]:
     )
     around = _SEGMENTS[None] - np.tile(way, 2)[:, None]
     return around.reshape(-1, 4), np.zeros(2)
+
+
+def _scans_in_a_room() -> tuple[Rig, list[NDArray[np.float32]]]:
+    env = gym.make("grouser/TrackedRobot-v0", world="room", sensors=("lidar",), dynamics="fast")
+    observation, _ = env.reset(seed=0)
+    scans = [observation["lidar"].copy()]
+    for action in curves():
+        observation, *_ = env.step(action)
+        scans.append(observation["lidar"].copy())
+    rig: Rig = env.get_wrapper_attr("rig")
+    env.close()
+    return rig, scans

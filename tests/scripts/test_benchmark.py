@@ -15,7 +15,14 @@ from grouser.scripts.benchmark import Benchmark, measure
         ("environment.raster_over_naive", {"environment.raster_over_naive"}),
         ("environment.lidar_boxes_us", {"environment.lidar_boxes_us"}),
         ("slip.width_vision_frame", {"slip.width_vision_frame"}),
-        ("line_slam", {"line_slam.bisection_over_points", "line_slam.closed_1e5_ms"}),
+        (
+            "line_slam",
+            {
+                "line_slam.bisection_over_points",
+                "line_slam.closed_1e5_ms",
+                "line_slam.extraction_360_ms",
+            },
+        ),
     ],
 )
 def test_figures_go_to_json(name: str, figures: set[str], tmp_path: Path) -> None:

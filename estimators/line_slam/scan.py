@@ -1,0 +1,97 @@
+"""A lidar scan as beams in the robot's frame, as if all had been sent with the last one."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from grouser.geometry import Array, exp, log, rotate
+from grouser.rig import Lidar
+
+_ROUNDING = 1e-6  # of the least and the longest range: readings are float32
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scan:
+    """n beams, counter-clockwise around the robot, on its plane."""
+
+    ranges: Array
+    """(n,) m along the beam; inf where it met nothing, NaN where nothing is known."""
+    origins: Array
+    """(n, 2) where each was sent from, m."""
+    directions: Array
+    """(n, 2) what a metre along the beam is on the plane: of length 1 unless the lidar tilts."""
+    turns: Array
+    """(n, 2) derivative of the direction by the bearing."""
+
+    @property
+    def hit(self) -> NDArray[np.bool_]:
+        """(n,) which met something."""
+        return np.asarray(np.isfinite(self.ranges))
+
+    @property
+    def points(self) -> Array:
+        """(m, 2) what they met, m."""
+        hit = self.hit
+        return self.origins[hit] + self.ranges[hit, None] * self.directions[hit]
+
+
+class ScanReader:
+    """Reads the scans of one lidar."""
+
+    def __init__(self, lidar: Lidar) -> None:
+        self._lidar = lidar
+        # A lidar that is mounted upside down scans clockwise.
+        R = lidar.T_base_lidar[:2, :2]
+        step = lidar.angle_increment * np.linalg.det(R)
+        self._order = slice(None) if step >= 0 else slice(None, None, -1)
+        bearings = lidar.bearings[self._order]
+        c, s = np.cos(bearings), np.sin(bearings)
+        self._directions = np.stack([c, s], axis=-1) @ R.T
+        self._turns = np.sign(step) * (np.stack([-s, c], axis=-1) @ R.T)
+        self._origins = np.tile(lidar.T_base_lidar[:2, 3], (lidar.n_beams, 1))
+        self.increment = abs(lidar.angle_increment)
+        """rad between two beams"""
+        seam = 2 * np.pi - (lidar.n_beams - 1) * self.increment
+        self.full_turn = bool(seam < 1.5 * self.increment)
+        """Whether the beam after the last one is the first."""
+
+    def read(self, ranges: ArrayLike, motion: Array | None = None) -> Scan:
+        """The beams of a scan.
+
+        Args:
+            ranges: (n,) m, in the order of the lidar's bearings; at `range_max` or infinite where
+                nothing was met. What is NaN, or not above `range_min`, says nothing.
+            motion: (3,) x, y [m], heading [rad] of the robot as the last beam was sent, seen from
+                where it was for the first one; beams move with the robot, at a constant twist.
+                Left out, it stood still.
+
+        Raises:
+            ValueError: there is not one range for each beam of the lidar.
+        """
+        told = np.array(ranges, dtype=np.float64)
+        if told.shape != (self._lidar.n_beams,):
+            raise ValueError(
+                f"a scan of this lidar must have {self._lidar.n_beams} ranges, one a beam, got an "
+                f"array of shape {told.shape}"
+            )
+        far = told >= self._lidar.range_max * (1 - _ROUNDING)
+        told[~(told > self._lidar.range_min * (1 + _ROUNDING))] = np.nan
+        told[far] = np.inf
+        told = told[self._order]
+        if motion is None:
+            return Scan(told, self._origins, self._directions, self._turns)
+        return self._deskewed(told, motion)
+
+    def _deskewed(self, ranges: Array, motion: Array) -> Scan:
+        """Each beam from where the robot was when it sent it, in the frame of the last beam."""
+        n = self._lidar.n_beams
+        to_come = np.linspace(1.0, 0.0, n)[self._order]
+        poses = exp(-to_come[:, None] * log(motion))
+        heading = poses[:, 2]
+        return Scan(
+            ranges,
+            poses[:, :2] + rotate(heading, self._origins),
+            rotate(heading, self._directions),
+            rotate(heading, self._turns),
+        )
