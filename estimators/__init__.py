@@ -26,6 +26,7 @@ register(
 )
 register("one-point-ekf", "grouser.estimators.monocular.estimator:MonocularEkf", sample=1)
 register("two-point-ekf", "grouser.estimators.monocular.estimator:MonocularEkf", sample=2)
+register("ekf-line-slam", "grouser.estimators.line_slam.estimator:EkfLineSlam")
 
 __all__ = [
     "EstimatedPose",

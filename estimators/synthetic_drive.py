@@ -17,6 +17,7 @@ from grouser.estimators.base import Observation
 from grouser.estimators.track_motion import arc_pose
 from grouser.geometry import Array
 from grouser.rig import Imu, Lidar, Rig, StereoCamera, TrackGeometry, camera_mount
+from grouser.rig_motion import LineSensor, Odometry
 
 RIG = Rig(
     dt=0.1,
@@ -42,6 +43,8 @@ RIG = Rig(
         T_base_lidar=geometry.transform(np.eye(3), [0.1, 0.0, 0.4]),
     ),
     imu=Imu(sigma_acceleration=0.05, sigma_rate=0.002),
+    odometry=Odometry(),
+    line_sensor=LineSensor(range_max=30.0, sigma_range=0.02, sigma_bearing=0.002, max_lines=4),
 )
 
 ROOM_LOW, ROOM_HIGH = np.array([-3.0, -3.5, 0.0]), np.array([6.0, 3.5, 2.4])  # m
@@ -66,7 +69,7 @@ class Drive:
 
 @cache
 def synthetic_drive(*, frames: int, blackout: range, seed: int = 0) -> Drive:
-    """The drive, dark for the frames of `blackout`: black images, no lidar return, no fix."""
+    """The drive, dark for the frames of `blackout`: black images; no lidar return, line or fix."""
     rng = np.random.default_rng(seed)
     texture = _paint(rng)
     step = arc_pose(TURN_RATE * RIG.dt, SPEED * RIG.dt)
@@ -91,7 +94,9 @@ def _observe(
         "left": _image(pose, 0.0, texture, rng),
         "right": _image(pose, 1.0, texture, rng),
         "tracks": moving * (SPEED * RIG.dt + half_turn * np.array([-1.0, 1.0])),
+        "odometry": moving * arc_pose(TURN_RATE * RIG.dt, SPEED * RIG.dt),
         "lidar": _scan(pose, rng),
+        "lines": _walls(pose, rng),
         "imu": np.array([0.0, SPEED * TURN_RATE * moving, GRAVITY, 0.0, 0.0, TURN_RATE * moving]),
         "gps": pose[:2] + rng.normal(0.0, 0.02, 2),
         "stamp": np.array([index * RIG.dt]),
@@ -102,7 +107,14 @@ def _darkness() -> dict[str, NDArray[np.generic]]:
     assert RIG.stereo is not None and RIG.lidar is not None
     black = np.zeros((RIG.stereo.height, RIG.stereo.width, 1), dtype=np.uint8)
     nothing = np.full(RIG.lidar.n_beams, RIG.lidar.range_max, dtype=np.float32)
-    return {"left": black, "right": black.copy(), "lidar": nothing, "gps": np.full(2, np.nan)}
+    assert RIG.line_sensor is not None
+    return {
+        "left": black,
+        "right": black.copy(),
+        "lidar": nothing,
+        "gps": np.full(2, np.nan),
+        "lines": np.zeros((RIG.line_sensor.max_lines, 4)),
+    }
 
 
 def _paint(rng: np.random.Generator) -> NDArray[np.float32]:
@@ -163,6 +175,19 @@ def _scan(pose: Array, rng: np.random.Generator) -> NDArray[np.float32]:
     ranges, _ = _hit(T_world_lidar[:3, 3], beams @ T_world_lidar[:3, :3].T)
     noisy = ranges + rng.normal(0.0, lidar.sigma_range, lidar.n_beams)
     return np.clip(noisy, lidar.range_min, lidar.range_max).astype(np.float32)
+
+
+def _walls(pose: Array, rng: np.random.Generator) -> Array:
+    """(4, 4) range and bearing of both ends of each wall, counter-clockwise as seen from within."""
+    sensor = RIG.line_sensor
+    assert sensor is not None
+    (x0, y0), (x1, y1) = ROOM_LOW[:2], ROOM_HIGH[:2]
+    corners = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+    ends = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+    seen = geometry.between(pose, np.concatenate([ends, np.zeros((4, 2, 1))], axis=-1))[..., :2]
+    ranges = np.linalg.norm(seen, axis=-1) + rng.normal(0.0, sensor.sigma_range, (4, 2))
+    bearings = np.arctan2(seen[..., 1], seen[..., 0]) + rng.normal(0, sensor.sigma_bearing, (4, 2))
+    return np.stack([ranges, bearings], axis=-1).reshape(4, 4)
 
 
 def _hit(origin: Array, directions: Array) -> tuple[Array, NDArray[np.intp]]:

@@ -1,0 +1,96 @@
+"""What measures the motion of a robot among lines: chosen by name, or as the rig has it."""
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from grouser.checks import did_you_mean
+from grouser.estimators import registry
+from grouser.estimators.base import TRUTH_KEYS, Observation
+from grouser.estimators.line_slam.ackermann import AckermannPredictor
+from grouser.estimators.line_slam.motion import MotionModel, PredictedMotion, PrintedSteering
+from grouser.estimators.line_slam.odometry_predictor import OdometryPredictor
+from grouser.estimators.line_slam.source_predictor import SourcePredictor
+from grouser.estimators.track_motion import SideSlip, TrackNoise
+from grouser.estimators.visual.prediction import TrackPredictor
+from grouser.rig import Rig
+
+MakeMotion = Callable[[Observation, np.random.Generator], MotionModel]
+"""A new motion model for an episode that begins with this observation."""
+
+OWN = ("steering", "tracks", "odometry")
+"""Parts of a rig that measure the motion, the one that counts first."""
+
+
+def motion_source(
+    rig: Rig, name: str | None, *, readable: frozenset[str], paper: bool = False
+) -> MakeMotion:
+    """What makes the motion model.
+
+    Args:
+        name: one of OWN, or an estimator whose increments are taken; None takes the first of OWN
+            that the rig has.
+        readable: keys that whoever asks reads, so that the estimator may read them, too.
+        paper: the printed Jacobians of steering.
+
+    Raises:
+        ValueError: the rig lacks what is named, or has nothing at all; nothing has that name; or
+            the estimator would read more.
+    """
+    if name is None:
+        name = next((part for part in OWN if getattr(rig, part) is not None), None)
+        if name is None:
+            raise ValueError(
+                f"line SLAM needs one of rig.{', rig.'.join(OWN)} to predict the motion, and this "
+                "rig has none; give it one, or name an estimator as odometry="
+            )
+    if paper and name != "steering":
+        raise ValueError(
+            f'paper=True is of a vehicle that steers, odometry="steering"; here it is {name!r}'
+        )
+    if name in OWN:
+        if getattr(rig, name) is None:
+            has = [part for part in OWN if getattr(rig, part) is not None]
+            raise ValueError(f"odometry={name!r} needs rig.{name}, and this rig has {has}")
+        return partial(_own, rig, name, paper)
+    if name not in registry.names():
+        hint = did_you_mean(name, [*OWN, *registry.names()])
+        raise ValueError(
+            f"odometry must be one of {', '.join(OWN)}, or the name of an estimator, got {name!r}; "
+            f"{hint}"
+        )
+    kind = registry.estimator_class(name)
+    if kind.requires & TRUTH_KEYS or not kind.requires <= readable:
+        raise ValueError(
+            f"odometry={name!r} reads {sorted(kind.requires)}, of which this estimator is "
+            f"not shown {sorted(kind.requires - readable)}; vo-line-slam is shown images"
+        )
+    registry.make(name, rig)  # raises, where the rig lacks what it needs
+    return partial(_estimated, rig, name)
+
+
+def _own(
+    rig: Rig, name: str, paper: bool, observation: Observation, rng: np.random.Generator
+) -> MotionModel:
+    if name == "steering":
+        assert rig.steering is not None
+        if paper:
+            return PrintedSteering(rig.steering, rig.dt)
+        return PredictedMotion(AckermannPredictor(rig.steering, rig.dt))
+    if name == "tracks":
+        assert rig.tracks is not None
+        return PredictedMotion(
+            TrackPredictor(rig.tracks, TrackNoise(), SideSlip(), turn_noise=_TURN_NOISE)
+        )
+    assert rig.odometry is not None
+    return PredictedMotion(OdometryPredictor(rig.odometry))
+
+
+def _estimated(
+    rig: Rig, name: str, observation: Observation, rng: np.random.Generator
+) -> MotionModel:
+    return PredictedMotion(SourcePredictor(registry.make(name, rig), observation, rng))
+
+
+_TURN_NOISE = 0.05  # white slip of a turn, as a share of it

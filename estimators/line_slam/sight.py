@@ -1,0 +1,51 @@
+"""What shows a robot lines, and when it was looked at last."""
+
+from abc import ABC, abstractmethod
+
+from grouser.estimators.base import Observation
+from grouser.estimators.line_slam.endpoint_sensor import measure_lines
+from grouser.estimators.line_slam.measurements import LineMeasurements
+from grouser.rig import Rig
+from grouser.rig_motion import LineSensor
+
+
+class Sight(ABC):
+    """Lines around a robot, one look after another."""
+
+    @abstractmethod
+    def lines(self, observation: Observation) -> LineMeasurements | None:
+        """What a new look shows; None where the observation holds none."""
+
+
+class EndPointSight(Sight):
+    """By a sensor that reports the ends of lines."""
+
+    def __init__(self, sensor: LineSensor) -> None:
+        self._sensor = sensor
+        self._stamp: float | None = None
+
+    def lines(self, observation: Observation) -> LineMeasurements | None:
+        stamp = stamp_of("lines", observation)
+        if stamp == self._stamp:
+            return None
+        self._stamp = stamp
+        return measure_lines(observation["lines"], self._sensor)
+
+
+def stamp_of(key: str, observation: Observation) -> float:
+    """s; when that was measured, which is now where nothing else is said."""
+    return float(observation.get(f"{key}_stamp", observation["stamp"])[0])
+
+
+def make_sight(rig: Rig, observation: Observation) -> Sight:
+    """What shows lines in observations like this one.
+
+    Raises:
+        ValueError: nothing does.
+    """
+    if rig.line_sensor is not None and "lines" in observation:
+        return EndPointSight(rig.line_sensor)
+    raise ValueError(
+        "line SLAM needs 'lines' with rig.line_sensor, but the environment gives "
+        f"{sorted(observation)}; make it with sensors= that include that"
+    )
