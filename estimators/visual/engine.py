@@ -182,6 +182,10 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
             diagnostics=diagnostics,
         )
 
+    def of_predictor(self) -> tuple[Array, Array]:
+        """The predictor's constant errors as estimated (n,), and their covariance (n, n)."""
+        return self._filter.of_predictor()
+
     def _start_from(self, frame: FrameT, pose_3d: Array) -> None:
         """Compare the next frames with this one."""
         self._keyframe = self._frontend.make_keyframe(frame)

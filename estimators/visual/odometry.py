@@ -16,6 +16,7 @@ from grouser.estimators.visual.frontend import FEATURES, FrontendOptions
 from grouser.estimators.visual.fusion import RelativeFilter
 from grouser.estimators.visual.image_frontend import ImageFrontend
 from grouser.estimators.visual.keyframes import KeyframeRule
+from grouser.estimators.visual.late_images import LateImages
 from grouser.estimators.visual.matching import MatchingOptions, PixelNoise
 from grouser.estimators.visual.one_point import OnePointRansac
 from grouser.estimators.visual.paper_form import MOST_POINTS, PaperForm, PaperOnePoint
@@ -43,6 +44,9 @@ class VisualOdometry(PoseEstimator):
 
     Without tracks a constant velocity says where to search, and nothing is fused. A frame that
     vision fails on is bridged by prediction (COASTING); without tracks for a second, LOST.
+
+    Images may come late, at a rate of their own, or one eye before the other: where an observation
+    says so (`left_stamp` ...), the prediction leads from the last pair to now.
     """
 
     requires: ClassVar[frozenset[str]] = frozenset({"left", "right", "stamp"})
@@ -167,26 +171,28 @@ class VisualOdometry(PoseEstimator):
             noise=PixelNoise(place=place_noise_px, disparity=disparity_noise_px),
         )
         rule = KeyframeRule(distance=keyframe_distance, turn=keyframe_turn, points=max_points)
-        self._engine = KeyframeOdometry(
+        make_predictor = partial(
+            _make_predictor,
+            tracks=rig.tracks if use_tracks else None,
+            dt=rig.dt,
+            noise=TrackNoise(scale=track_noise),
+            turn_noise=turn_noise,
+            scales=TrackScales(
+                track=track_scale_sigma, turn=turn_scale_sigma, side=side_slip_sigma
+            ),
+            icr=(icr or IcrOptions()) if slip_states == "icr" else None,
+        )
+        odometry = KeyframeOdometry(
             frontend,
             KeyframeSight(camera, frontend, minimal_solver, constraint=REFINEMENTS[refinement]),
-            make_predictor=partial(
-                _make_predictor,
-                tracks=rig.tracks if use_tracks else None,
-                dt=rig.dt,
-                noise=TrackNoise(scale=track_noise),
-                turn_noise=turn_noise,
-                scales=TrackScales(
-                    track=track_scale_sigma, turn=turn_scale_sigma, side=side_slip_sigma
-                ),
-                icr=(icr or IcrOptions()) if slip_states == "icr" else None,
-            ),
+            make_predictor=make_predictor,
             make_filter=make_filter,
             prior=ChassisPrior(tilt_floor=roll_pitch_prior, side_per_chord=side_slip_prior),
             mount_sigma=camera.mount_sigma,
             rule=replace(rule, frames=1) if frame_to_frame else rule,
             lost_after=lost_after,
         )
+        self._engine = LateImages(odometry, make_predictor, dt=rig.dt, lost_after=lost_after)
 
     def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
         """Start at pose zero, known exactly, with the first frame as keyframe."""

@@ -1,0 +1,169 @@
+"""Images that come late or seldom, or one eye before the other, and poses for now all the same."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grouser.estimators.base import Observation, PoseEstimate, Status
+from grouser.estimators.visual.fusion import Accumulated, nothing_yet
+from grouser.estimators.visual.prediction import MotionPredictor
+from grouser.geometry import Array, between, compose, compose_jacobians, exp, lift, log
+
+_EYES = ("left", "right")
+_ROUNDING = 1e-6  # s; stamps are sums of steps
+_MOST_WAITING = 64  # images of one eye that wait for the other
+
+
+class TimelyOdometry(Protocol):
+    """Visual odometry of images that belong to now."""
+
+    def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
+        """Start at pose zero with the first pair."""
+
+    def update(self, observation: Observation) -> PoseEstimate:
+        """Take the next pair and the motion since the last one."""
+
+    def of_predictor(self) -> tuple[Array, Array]:
+        """The predictor's constant errors as estimated (n,), and their covariance (n, n)."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Stretch:
+    """What the tracks said of a stretch of time."""
+
+    start: float
+    end: float
+    increments: Array
+
+    def within(self, start: float, end: float) -> Array:
+        """(2,) the share of it that belongs to a stretch of time."""
+        overlap = min(self.end, end) - max(self.start, start)
+        share = overlap / (self.end - self.start)
+        return self.increments if share > 1 - _ROUNDING else share * self.increments
+
+
+class LateImages:
+    """The odometry sees each pair once, with the tracks up to then; from there they lead to now.
+
+    An image is of the time that `left_stamp` or `right_stamp` says, and a pair are two of the same
+    time. Where an observation has no such stamps, all of it is of now, and nothing is done here.
+    A pair older than `lost_after` supports nothing any more.
+    """
+
+    def __init__(
+        self,
+        odometry: TimelyOdometry,
+        make_predictor: Callable[[Observation], MotionPredictor],
+        *,
+        dt: float,
+        lost_after: float,
+    ) -> None:
+        self._odometry, self._make_predictor = odometry, make_predictor
+        self._dt, self._lost_after = dt, lost_after
+
+    def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
+        """Start at pose zero with the first pair, which is of now."""
+        now = float(observation["stamp"][0])
+        self._seen_at = self._tracked_to = now
+        self._seen = self._odometry.reset(observation, rng=rng)
+        self._waiting: dict[str, dict[float, NDArray[Any]]] = {eye: {} for eye in _EYES}
+        self._stretches: list[_Stretch] = []
+        self._first = {k: np.array(v) for k, v in observation.items() if k not in _EYES}
+        self._step: Array | None = None
+        return self._seen
+
+    def update(self, observation: Observation) -> PoseEstimate:
+        """Take what came, and tell the pose at the observation's stamp."""
+        if not any(f"{key}_stamp" in observation for key in (*_EYES, "tracks")):
+            return self._odometry.update(observation)
+        self._take(observation)
+        pair_at = self._complete_pair()
+        if pair_at is not None:
+            self._look(pair_at)
+        now = float(observation["stamp"][0])
+        return self._carried(now, self._ahead(now))
+
+    def _take(self, observation: Observation) -> None:
+        """Note what is new, by the time that it is of."""
+        for eye in _EYES:
+            waiting, stamp = self._waiting[eye], _stamp(observation, eye)
+            if stamp > self._seen_at and stamp not in waiting:
+                waiting[stamp] = observation[eye].copy()
+                if len(waiting) > _MOST_WAITING:
+                    del waiting[min(waiting)]
+        if "tracks" in self._first:
+            end = _stamp(observation, "tracks")
+            if end > self._tracked_to + _ROUNDING:
+                increments = np.array(observation["tracks"], dtype=np.float64)
+                self._stretches.append(_Stretch(self._tracked_to, end, increments))
+                self._tracked_to = end
+
+    def _complete_pair(self) -> float | None:
+        """The time of the newest pair whose motion is known too; None where there is none yet."""
+        both = set(self._waiting["left"]) & set(self._waiting["right"])
+        if "tracks" in self._first:
+            both = {stamp for stamp in both if stamp < self._tracked_to + _ROUNDING}
+        return max(both, default=None)
+
+    def _look(self, pair_at: float) -> None:
+        shown = {eye: self._waiting[eye][pair_at] for eye in _EYES}
+        if "tracks" in self._first:
+            shown["tracks"] = np.sum(self._between(self._seen_at, pair_at), axis=0)
+        before, steps = self._seen, max(round((pair_at - self._seen_at) / self._dt), 1)
+        self._seen = self._odometry.update({**shown, "stamp": np.array([pair_at])})
+        self._step = exp(log(between(before.pose, self._seen.pose)) / steps)
+        self._seen_at = pair_at
+        for eye, waiting in self._waiting.items():
+            self._waiting[eye] = {t: image for t, image in waiting.items() if t > pair_at}
+        self._stretches = [s for s in self._stretches if s.end > pair_at + _ROUNDING]
+
+    def _between(self, start: float, end: float) -> list[Array]:
+        """The tracks' increments from one time to another, stretch by stretch."""
+        inside = [
+            s for s in self._stretches if s.end > start + _ROUNDING and s.start < end - _ROUNDING
+        ]
+        return [s.within(start, end) for s in inside]
+
+    def _ahead(self, now: float) -> Accumulated:
+        """The way since the pair: by the tracks as far as they are known, then as it was."""
+        predictor = self._make_predictor(self._first)
+        predictor.learn(self._step)
+        biases, _ = self._odometry.of_predictor()
+        way, known_to = nothing_yet(predictor.errors), self._seen_at
+        for increments in self._between(self._seen_at, now):
+            increment = predictor.predict({**self._first, "tracks": increments}, biases)
+            predictor.learn(increment.pose)
+            way, known_to = way.then(increment), self._tracked_to
+        silence = {**self._first, "tracks": np.full(2, np.nan)}
+        for _ in range(round((now - known_to) / self._dt)):
+            way = way.then(predictor.predict(silence, biases))
+        return way
+
+    def _carried(self, now: float, way: Accumulated) -> PoseEstimate:
+        seen = self._seen
+        _, covariance_of_biases = self._odometry.of_predictor()
+        F, G = compose_jacobians(seen.pose, way.pose)
+        Q = way.covariance + way.by_biases @ covariance_of_biases @ way.by_biases.T
+        P = F @ seen.covariance @ F.T + G @ Q @ G.T
+        return replace(
+            seen,
+            pose=compose(seen.pose, way.pose),
+            covariance=(P + P.T) / 2,
+            pose_3d=None if seen.pose_3d is None else seen.pose_3d @ lift(way.pose),
+            status=self._status(now, way),
+            stamp=now,
+            diagnostics={**seen.diagnostics, "image_age": now - self._seen_at},
+        )
+
+    def _status(self, now: float, way: Accumulated) -> Status:
+        if now - self._seen_at <= self._lost_after + _ROUNDING:
+            return self._seen.status
+        return Status.COASTING if way.measured else Status.LOST
+
+
+def _stamp(observation: Observation, key: str) -> float:
+    """When what is shown was measured, s."""
+    return float(observation.get(f"{key}_stamp", observation["stamp"])[0])
