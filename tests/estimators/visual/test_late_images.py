@@ -54,7 +54,7 @@ def predictor(observation: Observation) -> MotionPredictor:
 
 def delayed(drive: Drive, frames: dict[str, int], *, every: int = 1) -> list[Observation]:
     """Each eye late by so many frames, and only every so many frames a new image."""
-    late = []
+    late: list[Observation] = []
     for index, observation in enumerate(drive.observations):
         shown = dict(observation)
         for eye in EYES:
@@ -115,9 +115,8 @@ def test_tracks_that_are_late_are_waited_for(drive: Drive) -> None:
 
 
 def test_a_pair_that_is_too_old_supports_nothing(drive: Drive) -> None:
-    stopped = [*delayed(drive, {})[:8], *[dict(delayed(drive, {})[7]) for _ in range(10)]]
-    for index, shown in enumerate(stopped):
-        shown["stamp"] = np.array([index * RIG.dt])
+    shown = delayed(drive, {})
+    stopped = [{**shown[min(k, 7)], "stamp": np.array([k * RIG.dt])} for k in range(18)]
     _, statuses = spied(stopped, lost_after=0.5)
     assert statuses[:12] == [Status.TRACKING] * 12
     assert set(statuses[12:]) == {Status.COASTING}
