@@ -86,7 +86,8 @@ class EkfLineSlam(PoseEstimator, LineMapper):
 
     @property
     def map(self) -> LineMap:
-        return self._running().known()
+        known = self._running().known()
+        return known if self._map is None else self._map
 
     def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
         """Start at pose zero: known exactly, or in the frame of a map as `start_sigma` says.

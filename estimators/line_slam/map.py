@@ -94,7 +94,8 @@ class LineMapper(ABC):
     @property
     @abstractmethod
     def map(self) -> LineMap:
-        """The lines as they are known now, in the frame of the start.
+        """The lines as they are known now, in the frame of the start; a map by which the way is
+        found, as it was given.
 
         Raises:
             RuntimeError: `reset` was not called yet.

@@ -4,8 +4,9 @@ from abc import ABC, abstractmethod
 
 from grouser.estimators.base import Observation
 from grouser.estimators.line_slam.endpoint_sensor import measure_lines
+from grouser.estimators.line_slam.extraction import LineExtractor
 from grouser.estimators.line_slam.measurements import LineMeasurements
-from grouser.rig import Rig
+from grouser.rig import Lidar, Rig
 from grouser.rig_motion import LineSensor
 
 
@@ -32,6 +33,21 @@ class EndPointSight(Sight):
         return measure_lines(observation["lines"], self._sensor)
 
 
+class LidarSight(Sight):
+    """By a lidar, in whose scans lines are found."""
+
+    def __init__(self, lidar: Lidar) -> None:
+        self._extractor = LineExtractor(lidar)
+        self._stamp: float | None = None
+
+    def lines(self, observation: Observation) -> LineMeasurements | None:
+        stamp = stamp_of("lidar", observation)
+        if stamp == self._stamp:
+            return None
+        self._stamp = stamp
+        return self._extractor.extract(observation["lidar"])
+
+
 def stamp_of(key: str, observation: Observation) -> float:
     """s; when that was measured, which is now where nothing else is said."""
     return float(observation.get(f"{key}_stamp", observation["stamp"])[0])
@@ -45,7 +61,9 @@ def make_sight(rig: Rig, observation: Observation) -> Sight:
     """
     if rig.line_sensor is not None and "lines" in observation:
         return EndPointSight(rig.line_sensor)
+    if rig.lidar is not None and "lidar" in observation:
+        return LidarSight(rig.lidar)
     raise ValueError(
-        "line SLAM needs 'lines' with rig.line_sensor, but the environment gives "
-        f"{sorted(observation)}; make it with sensors= that include that"
+        "line SLAM needs 'lines' with rig.line_sensor, or 'lidar' with rig.lidar, but the "
+        f"environment gives {sorted(observation)}; make it with sensors= that include one of them"
     )
