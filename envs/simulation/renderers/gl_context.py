@@ -5,6 +5,8 @@ import importlib.util
 import os
 from typing import Any
 
+from grouser.envs.simulation.renderers.gl_threads import spread_software_threads
+
 _CONTEXT: dict[str, Any] = {"owner": None, "context": None}
 
 INSTALL = 'pip install "grouser[opengl]"'
@@ -59,9 +61,11 @@ def _new_context() -> Any:
     egl, gl = LIBRARIES
     off_screen: dict[str, Any] = {"backend": "egl", "libegl": egl, "libgl": gl}
     try:
-        return moderngl.create_context(require=330, standalone=True, **off_screen)
+        context = moderngl.create_context(require=330, standalone=True, **off_screen)
     except Exception as error:  # moderngl raises just that
         raise RuntimeError(_what_is_missing(str(error))) from error
+    spread_software_threads()
+    return context
 
 
 def _what_is_missing(complaint: str) -> str:

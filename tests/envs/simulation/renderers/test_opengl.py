@@ -1,5 +1,6 @@
 """OpenGL shows what the rasteriser shows, says what it misses, and stands processes."""
 
+import os
 import subprocess
 import sys
 import tempfile
@@ -83,6 +84,22 @@ def digest(*_):
     renderer = make_renderer("opengl", world, camera, color=False)
     return hashlib.sha256(b"".join(i.tobytes() for i in renderer.images([T, T]))).hexdigest()
 """
+
+
+@needs_opengl
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="threads are kept apart on Linux")
+def test_the_software_driver_has_each_thread_on_a_processor_of_its_own() -> None:
+    program = """
+    import os
+    from grouser.envs.simulation.renderers.gl_context import is_software
+    from grouser.envs.simulation.renderers.gl_threads import _software_threads
+    digest()
+    of_threads = [os.sched_getaffinity(thread) for thread, _ in _software_threads()]
+    n = min(len(of_threads), len(os.sched_getaffinity(0)))
+    apart = all(len(a) == 1 for a in of_threads) and len(set.union(*of_threads)) == n
+    print(apart if of_threads else not is_software())
+    """
+    assert run(DRAW + textwrap.dedent(program)) == "True"
 
 
 @needs_opengl
