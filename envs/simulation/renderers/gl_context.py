@@ -5,7 +5,7 @@ import importlib.util
 import os
 from typing import Any
 
-from grouser.envs.simulation.renderers.gl_threads import spread_software_threads
+from grouser.envs.simulation.renderers.gl_threads import spread, threads
 
 _CONTEXT: dict[str, Any] = {"owner": None, "context": None}
 
@@ -60,11 +60,13 @@ def _new_context() -> Any:
         raise ImportError(_NO_MODERNGL) from error
     egl, gl = LIBRARIES
     off_screen: dict[str, Any] = {"backend": "egl", "libegl": egl, "libgl": gl}
+    before = threads()
     try:
         context = moderngl.create_context(require=330, standalone=True, **off_screen)
     except Exception as error:  # moderngl raises just that
         raise RuntimeError(_what_is_missing(str(error))) from error
-    spread_software_threads()
+    if _is_software(context):
+        spread(threads() - before)
     return context
 
 
@@ -86,7 +88,11 @@ def _what_is_missing(complaint: str) -> str:
 
 def is_software() -> bool:
     """Whether the driver draws on the processor: Mesa's llvmpipe or softpipe."""
-    name = shared_context().info["GL_RENDERER"].lower()
+    return _is_software(shared_context())
+
+
+def _is_software(context: Any) -> bool:
+    name = context.info["GL_RENDERER"].lower()
     return any(driver in name for driver in ("llvmpipe", "softpipe", "swrast"))
 
 

@@ -90,14 +90,15 @@ def digest(*_):
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="threads are kept apart on Linux")
 def test_the_software_driver_has_each_thread_on_a_processor_of_its_own() -> None:
     program = """
-    import os
+    import os, pathlib
     from grouser.envs.simulation.renderers.gl_context import is_software
-    from grouser.envs.simulation.renderers.gl_threads import _software_threads
     digest()
-    of_threads = [os.sched_getaffinity(thread) for thread, _ in _software_threads()]
-    n = min(len(of_threads), len(os.sched_getaffinity(0)))
-    apart = all(len(a) == 1 for a in of_threads) and len(set.union(*of_threads)) == n
-    print(apart if of_threads else not is_software())
+    tasks = pathlib.Path("/proc/self/task").iterdir()
+    drawing = [int(t.name) for t in tasks if (t / "comm").read_text().startswith("llvmpipe")]
+    processors = [os.sched_getaffinity(thread) for thread in drawing]
+    n = min(len(drawing), len(os.sched_getaffinity(0)))
+    apart = all(len(p) == 1 for p in processors) and len(set().union(*processors)) == n
+    print(apart and bool(drawing) == is_software())
     """
     assert run(DRAW + textwrap.dedent(program)) == "True"
 
