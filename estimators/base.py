@@ -66,7 +66,10 @@ class PoseEstimator(ABC):
 
 
 OBSERVATION_KEYS = frozenset(
-    {"left", "right", "tracks", "lidar", "imu", "gps", "steering", "odometry", "lines", "stamp"}
+    {
+        *("left", "right", "tracks", "lidar", "imu", "gps"),
+        *("steering", "odometry", "lines", "points", "stamp"),
+    }
 )
 """Keys that an environment may show; which of them it does depends on its robot."""
 
