@@ -5,6 +5,7 @@ from grouser.estimators.registry import make, names, register
 from grouser.estimators.wrapper import EstimatedPose
 
 register("ground-truth", "grouser.estimators.ground_truth:GroundTruth")
+register("emulated", "grouser.estimators.emulation.estimator:Emulated")
 register("dead-reckoning", "grouser.estimators.dead_reckoning:DeadReckoning")
 register("icr-ekf", "grouser.estimators.icr_ekf:IcrEkf")
 register("vo-imu-gps", "grouser.estimators.vo_imu_gps:VoImuGps")

@@ -74,7 +74,7 @@ OBSERVATION_KEYS = frozenset(
 """Keys that an environment may show; which of them it does depends on its robot."""
 
 TRUTH_KEYS = frozenset({"true_pose", "true_pose_3d"})
-"""Keys of `info` that only the estimator named ground-truth may require."""
+"""Keys of `info` that only ground-truth and emulated may require (`registry.TRUTH_READERS`)."""
 
 
 def check_observation_keys(estimator: PoseEstimator, given: Iterable[str]) -> None:
@@ -101,7 +101,7 @@ def readable(
     Of what it may see, it is also told when that was measured: `<key>_stamp`, where there is one.
 
     The truth is handed over only to an estimator that requires it by name, which the registry
-    allows for ground-truth alone.
+    allows for ground-truth and emulated alone.
 
     Raises:
         ValueError: the environment does not give what the estimator requires.
