@@ -115,8 +115,9 @@ def _table(distances: dict[str, dict[str, float]], data: Sequence[_Data]) -> Tab
         title="Quantile distance of emulated and real errors on runs that were held out\n"
         "(mean over quantiles, as a share of the real ones' mean; 0 is alike)"
     )
-    for name in ("estimator", "runs", *MEASURES):
-        table.add_column(name.replace("_", " "), justify="left" if name == "estimator" else "right")
+    table.add_column("estimator", no_wrap=True)
+    for name in ("runs", *MEASURES):
+        table.add_column(name.replace("_", " "), justify="right")
     for each in data:
         shown = [f"{value:.2f}" for value in distances[each.name].values()]
         table.add_row(each.name, str(len(each.records)), *shown)

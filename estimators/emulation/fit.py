@@ -125,14 +125,15 @@ def _uncorrected(record: Record, correction: Array) -> Array:
 
 def _biases(records: Sequence[Record], correction: Array) -> tuple[Array, Array, list[Array]]:
     """Mean and sigma (3, 4) of systematic errors over the runs, and those of each run."""
-    each, uncertain = [], []
+    each: list[Array] = []
+    uncertain: list[Array] = []
     for record in records:
         rows = _windows(_features(record), _WINDOW)
         errors = _windows(_uncorrected(record, correction), _WINDOW)
         solution, *_ = np.linalg.lstsq(rows, errors, rcond=None)
         left = (errors - rows @ solution).var(axis=0)
         inverse = np.diag(np.linalg.pinv(rows.T @ rows))
-        each.append(solution.T)
+        each.append(np.asarray(solution.T, dtype=np.float64))
         uncertain.append(np.outer(left, inverse))
     spread = np.var(each, axis=0, ddof=1) if len(each) > 1 else np.zeros((3, 4))
     # What runs differ by because each tells its own only roughly is no difference.
