@@ -55,6 +55,8 @@ class PoseEstimator(ABC):
     """Observation keys that it reads; it is given these and no others."""
     optional: ClassVar[frozenset[str]] = frozenset()
     """Observation keys that it reads where the robot has them."""
+    requires_one_of: ClassVar[tuple[frozenset[str], ...]] = ()
+    """Groups of the optional keys, of each of which it needs one at least."""
 
     @abstractmethod
     def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
@@ -77,6 +79,13 @@ TRUTH_KEYS = frozenset({"true_pose", "true_pose_3d"})
 """Keys of `info` that only ground-truth and emulated may require (`registry.TRUTH_READERS`)."""
 
 
+def lacking(kind: type[PoseEstimator], given: Iterable[str]) -> list[str]:
+    """What a kind of estimator would need beside the keys `given`; of a group, "a or b"."""
+    given = frozenset(given)
+    groups = [group for group in kind.requires_one_of if not group & given]
+    return [*sorted(kind.requires - given), *(" or ".join(sorted(group)) for group in groups)]
+
+
 def check_observation_keys(estimator: PoseEstimator, given: Iterable[str]) -> None:
     """Check that an environment shows what an estimator requires.
 
@@ -84,10 +93,11 @@ def check_observation_keys(estimator: PoseEstimator, given: Iterable[str]) -> No
         ValueError: it does not; the message names both sets.
     """
     given, kind = set(given), type(estimator)
-    missing = sorted(kind.requires - TRUTH_KEYS - given)
+    missing = lacking(kind, given | TRUTH_KEYS)
     if missing:
+        one_of = "".join(f" and one of {sorted(group)}" for group in kind.requires_one_of)
         raise ValueError(
-            f"{kind.__name__} requires observations {sorted(kind.requires)}, but "
+            f"{kind.__name__} requires observations {sorted(kind.requires)}{one_of}, but "
             f"the environment gives {sorted(given)}, without {missing}; make the environment with "
             "sensors= that include them, or choose another estimator"
         )

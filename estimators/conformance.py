@@ -79,6 +79,12 @@ def _check_declaration(subject: Subject) -> None:
         require(
             not unknown, subject.name, f"`{attribute}` has unknown keys {unknown}; known: {allowed}"
         )
+    grouped = frozenset[str]().union(*kind.requires_one_of)
+    require(
+        grouped <= kind.optional,
+        subject.name,
+        f"`requires_one_of` has {sorted(grouped - kind.optional)}, which `optional` lacks",
+    )
     require(
         "stamp" in kind.requires, subject.name, "`requires` must include 'stamp', to date estimates"
     )

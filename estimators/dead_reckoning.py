@@ -1,4 +1,4 @@
-"""Dead reckoning: the tracks' increments added up, with the errors that add up along with them."""
+"""Dead reckoning: increments of the motion added up, with the errors that add up along."""
 
 import math
 from typing import ClassVar
@@ -6,6 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator, Status
+from grouser.estimators.line_slam.odometry_predictor import OdometryPredictor
 from grouser.estimators.track_motion import (
     SideSlip,
     TrackNoise,
@@ -16,6 +17,7 @@ from grouser.estimators.track_motion import (
     track_increment,
     track_increment_jacobian,
 )
+from grouser.estimators.visual.prediction import Increment
 from grouser.geometry import Array, compose, compose_jacobians
 from grouser.rig import Rig, TrackGeometry
 
@@ -27,11 +29,16 @@ class DeadReckoning(PoseEstimator):
     track and of the turn; and the outward slip in turns. Nothing observes the last four; they
     correlate the errors of all increments.
 
+    A robot without tracks that reports `odometry` is followed by that; its two constant errors are
+    the scale and a turn per metre, as large as `rig.odometry` says.
+
     Its status is always COASTING: it never looks at the outside world, so its covariance can only
     grow.
     """
 
-    requires: ClassVar[frozenset[str]] = frozenset({"tracks", "stamp"})
+    requires: ClassVar[frozenset[str]] = frozenset({"stamp"})
+    optional: ClassVar[frozenset[str]] = frozenset({"tracks", "odometry"})
+    requires_one_of: ClassVar[tuple[frozenset[str], ...]] = (frozenset({"tracks", "odometry"}),)
 
     def __init__(
         self,
@@ -48,7 +55,8 @@ class DeadReckoning(PoseEstimator):
     ) -> None:
         """
         Args:
-            rig: the calibration; its `tracks` are used.
+            rig: the calibration; its `tracks` are used, or `odometry` where it has no tracks. All
+                that follows is of tracks.
             track_noise: white noise of a track's increment, as a share of the increment.
             track_noise_floor: the same at rest, m.
             side_slip: white sideways slip, m per m forward.
@@ -65,14 +73,15 @@ class DeadReckoning(PoseEstimator):
                 resistance.
 
         Raises:
-            ValueError: the rig says nothing about tracks, or a sigma is negative.
+            ValueError: the rig has neither tracks nor odometry, or a sigma is negative.
         """
-        if rig.tracks is None:
+        if rig.tracks is None and rig.odometry is None:
             raise ValueError(
-                "dead reckoning needs rig.tracks, and this rig has None; pass an override such as "
+                "dead reckoning needs rig.tracks or rig.odometry, and this rig has neither; pass "
+                "an override such as "
                 "rig={'tracks': TrackGeometry(gauge=..., width=..., effective_width=...)}"
             )
-        self._tracks: TrackGeometry = rig.tracks
+        self._rig = rig
         self._track_noise = TrackNoise(scale=track_noise, floor=track_noise_floor)
         self._side_slip = SideSlip(forward=side_slip, turning=side_slip_turning)
         self._constant_sigmas = np.array(
@@ -89,13 +98,19 @@ class DeadReckoning(PoseEstimator):
                 f"every sigma must be finite and zero or more, got {self._constant_sigmas}"
             )
         self._pose = np.zeros(3)
-        self._covariance = np.zeros((8, 8))
+        self._covariance = np.zeros((3, 3))
+        self._walks = np.zeros(0)
         self._started = False
 
     def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
         """Start at pose zero, known exactly, the constant errors as their sigmas say."""
         self._pose = np.zeros(3)
-        self._covariance = np.diag([0.0, 0.0, 0.0, *self._constant_sigmas**2])
+        sigmas, self._walks = self._constant_sigmas, np.zeros(5)
+        if self._rig.tracks is None:
+            assert self._rig.odometry is not None
+            self._predictor = OdometryPredictor(self._rig.odometry)
+            sigmas, self._walks = self._predictor.errors.sigmas, self._predictor.errors.walks
+        self._covariance = np.diag([0.0, 0.0, 0.0, *sigmas**2])
         self._started = True
         return self._estimate(observation)
 
@@ -104,17 +119,19 @@ class DeadReckoning(PoseEstimator):
 
         Raises:
             RuntimeError: `reset` was not called yet.
-            ValueError: the increments are not two finite numbers.
+            ValueError: the increments are not finite numbers, two of tracks, three of odometry.
         """
         if not self._started:
             raise RuntimeError("call reset() with the first observation before update()")
-        self._predict(observed_increments(observation))
+        if self._rig.tracks is None:
+            self._add(self._predictor.predict(observation, np.zeros(len(self._walks))))
+        else:
+            self._add(self._of_tracks(self._rig.tracks, observed_increments(observation)))
         return self._estimate(observation)
 
-    def _predict(self, du: Array) -> None:
-        width = self._tracks.effective_width
+    def _of_tracks(self, tracks: TrackGeometry, du: Array) -> Increment:
+        width = tracks.effective_width
         turn, arc_length = track_increment(du, width)
-        increment = arc_pose(turn, arc_length)
         by_arc = arc_jacobian(turn, arc_length)
         by_du = by_arc @ track_increment_jacobian(width)
         slip = outward_slip(turn, arc_length, width)
@@ -122,13 +139,16 @@ class DeadReckoning(PoseEstimator):
         by_constants = np.column_stack([by_du * du, by_arc[:, 0] * turn, slip, drag])
         noise = by_du @ self._track_noise.covariance(du) @ by_du.T
         noise += self._side_slip.covariance(turn, chord(turn, arc_length))
+        return Increment(arc_pose(turn, arc_length), noise, by_constants)
 
-        by_pose, by_increment = compose_jacobians(self._pose, increment)
-        F = np.eye(8)
-        F[:3, :3], F[:3, 3:] = by_pose, by_increment @ by_constants
+    def _add(self, increment: Increment) -> None:
+        by_pose, by_increment = compose_jacobians(self._pose, increment.pose)
+        F = np.eye(len(self._covariance))
+        F[:3, :3], F[:3, 3:] = by_pose, by_increment @ increment.by_biases
         P = F @ self._covariance @ F.T
-        P[:3, :3] += by_increment @ noise @ by_increment.T
-        self._pose = compose(self._pose, increment)
+        P[:3, :3] += by_increment @ increment.covariance @ by_increment.T
+        P[3:, 3:] += np.diag(self._walks**2)
+        self._pose = compose(self._pose, increment.pose)
         self._covariance = (P + P.T) / 2
 
     def _estimate(self, observation: Observation) -> PoseEstimate:

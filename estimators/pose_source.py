@@ -27,8 +27,9 @@ class PoseSource:
         Raises:
             ValueError: an unknown name, or an estimator that needs the tracks or the truth.
         """
-        requires = estimator_class(name).requires
-        if refused := sorted(requires & (TRUTH_KEYS | {"tracks"})):
+        kind = estimator_class(name)
+        needs = kind.requires.union(*kind.requires_one_of)
+        if refused := sorted(needs & (TRUTH_KEYS | {"tracks"})):
             raise ValueError(
                 f"{name!r} cannot be the source, because it reads {refused}; a source sees where "
                 "the robot goes without its tracks, as 'one-point-ransac' does"

@@ -32,14 +32,21 @@ class Compare:
 
     grouser compare --log path/to/kitti/sequence --camera-z 1.65 --no-plots
 
+    grouser compare --log path/to/intel.log --odometry-noise 0.02 --seeds 3
+
     grouser compare --seeds 10 --output results/ten --resume
     """
 
     world: Annotated[str | None, _arg("NAME")] = None
     """Simulated world to drive in (yard when no --log is given); yan-normal and yan-over-range are
     the planes of paper 2, where a vehicle steers through their course."""
-    log: Annotated[Path | None, _arg("DIR")] = None
-    """Recording to replay instead: a KITTI-odometry-style folder of stereo images."""
+    log: Annotated[Path | None, _arg("PATH")] = None
+    """Recording to replay instead: a KITTI-odometry-style folder of stereo images, a CARMEN log of
+    a lidar and odometry (with NAME_ref.tum beside it, where there are reference poses), or a file
+    of wheel ticks and scans."""
+    odometry_noise: Annotated[float | None, _arg("SHARE")] = None
+    """Recording: white noise on its odometry or tracks, one sigma as a share of the way and of the
+    turn, such as 0.02; with it, each seed is another run."""
     estimators: Annotated[tuple[str, ...], _arg("NAME ...")] = ()
     """Estimators to compare; by default ground-truth, dead-reckoning, one-point-ransac and
     five-point-ransac, as far as the source can feed them."""

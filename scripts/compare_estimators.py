@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 
 from grouser.estimators import registry
-from grouser.estimators.base import TRUTH_KEYS, PoseEstimator
+from grouser.estimators.base import TRUTH_KEYS, lacking
 
 STANDARD = ("ground-truth", "dead-reckoning", "one-point-ransac", "five-point-ransac")
 """Those compared when none is named, as far as the source can feed them."""
@@ -18,10 +18,10 @@ def choose(asked: Sequence[str], gives: frozenset[str], source: str) -> list[str
     if not asked:
         return [name for name in STANDARD if not _lacks(name, gives)]
     for name in asked:
-        lacking = _lacks(name, gives)
-        if lacking:
+        lacks = _lacks(name, gives)
+        if lacks:
             raise ValueError(
-                f"estimator {name!r} needs {', '.join(lacking)}, which {source} does not give; "
+                f"estimator {name!r} needs {', '.join(lacks)}, which {source} does not give; "
                 f"it gives {', '.join(sorted(gives))}: leave {name!r} out of --estimators"
             )
     return list(dict.fromkeys(asked))
@@ -35,5 +35,4 @@ def sensors_for(names: Iterable[str], gives: frozenset[str]) -> list[str]:
 
 
 def _lacks(name: str, gives: frozenset[str]) -> list[str]:
-    kind: type[PoseEstimator] = registry.estimator_class(name)
-    return sorted(kind.requires - gives)
+    return lacking(registry.estimator_class(name), gives)

@@ -75,34 +75,41 @@ class World:
 
 @dataclass(frozen=True, slots=True)
 class Log:
-    """grouser/Replay-v0 of a folder, with what the folder does not say of the rig."""
+    """grouser/Replay-v0 of a recording, with what the recording does not say of the rig."""
 
-    folder: Path
+    path: Path
     rig: dict[str, Any]
+    odometry_noise: float = 0.0
     drivable: bool = False
 
     @property
     def label(self) -> str:
-        return f"log:{self.folder.resolve().name}"
+        return f"log:{self.path.resolve().name}"
 
     @property
     def settings(self) -> dict[str, Any]:
-        return {"log": str(self.folder.resolve()), "rig": self.rig}
+        noise = {"odometry_noise": self.odometry_noise} if self.odometry_noise else {}
+        return {"log": str(self.path.resolve()), "rig": self.rig, **noise}
 
     def gives(self) -> frozenset[str]:
-        truth = TRUTH_KEYS if self._open().has_truth else frozenset()
-        return frozenset(ReplayEnv.SENSORS) | {"stamp"} | truth
+        replay = self._open()
+        truth = TRUTH_KEYS if replay.has_truth else frozenset()
+        return frozenset(replay.recorded) | {"stamp"} | truth
 
     def make(self, sensors: Iterable[str]) -> Env:
         return gym.make(
-            "grouser/Replay-v0", log=str(self.folder), rig=self.rig, sensors=tuple(sensors)
+            "grouser/Replay-v0",
+            log=str(self.path),
+            rig=self.rig,
+            sensors=tuple(sensors),
+            odometry_noise=self.odometry_noise,
         )
 
     def steps(self, asked: int | None) -> int:
         there = len(self._open()) - 1
         if asked is not None and asked > there:
-            raise ValueError(f"--steps {asked} is too many: {self.folder} has {there} steps")
+            raise ValueError(f"--steps {asked} is too many: {self.path} has {there} steps")
         return there if asked is None else asked
 
     def _open(self) -> ReplayEnv:
-        return ReplayEnv(self.folder, rig=self.rig)
+        return ReplayEnv(self.path, rig=self.rig, odometry_noise=self.odometry_noise)

@@ -84,7 +84,12 @@ def _source(options: Compare) -> Source:
             raise UsageError(
                 f"--{next(iter(world))} describes a simulated world and excludes --log"
             )
-        return Log(options.log, rig)
+        return Log(options.log, rig, options.odometry_noise or 0.0)
+    if options.odometry_noise is not None:
+        raise UsageError(
+            "--odometry-noise is for the odometry of a recording and needs --log; in a world, give "
+            "--effects tracks.noise=AMOUNT"
+        )
     if rig:
         raise UsageError(
             "--camera-... and --disparity-offset-px describe the camera of a recording and need "

@@ -42,7 +42,7 @@ def _section(kind: type[PoseEstimator], of_it: list[str]) -> str:
     parts = [
         f"### {title}",
         _paragraphs(inspect.getdoc(kind) or ""),
-        f"Reads {_keys(kind.requires)}{_where_there(kind.optional)}.",
+        f"Reads {_keys(kind.requires)}{_where_there(kind.optional)}{_one_of(kind)}.",
         "\n".join(set_by_name),
         _options_table(kind),
     ]
@@ -53,6 +53,10 @@ def _preset(name: str) -> str:
     options: Mapping[str, Any] = spec(name).options
     said = ", ".join(f"`{key}={value!r}`" for key, value in options.items())
     return f"- `{name}` is {said}" if said else ""
+
+
+def _one_of(kind: type[PoseEstimator]) -> str:
+    return "".join(f", one of {_keys(group)} at least" for group in kind.requires_one_of)
 
 
 def _keys(keys: frozenset[str]) -> str:

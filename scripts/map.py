@@ -41,6 +41,8 @@ class Map:
     of those that `grouser worlds` draws."""
     log: Annotated[Path | None, _arg("FILE")] = None
     """Recording with a lidar to replay instead, as grouser/Replay-v0 takes it."""
+    odometry_noise: Annotated[float | None, _arg("SHARE")] = None
+    """Recording: white noise on its odometry or tracks, as of grouser compare."""
     estimator: Annotated[str, _arg("NAME")] = "ekf-line-slam"
     """Who maps: ekf-line-slam by default."""
     options: Annotated[tuple[str, ...], _arg("NAME=VALUE ...")] = ()

@@ -89,7 +89,9 @@ def _source(options: Map) -> Source:
     if options.log is not None:
         if options.world is not None or options.lidar:
             raise UsageError("--world and --lidar exclude --log: a recording has its own")
-        return Log(options.log, {})
+        return Log(options.log, {}, options.odometry_noise or 0.0)
+    if options.odometry_noise is not None:
+        raise UsageError("--odometry-noise is for the odometry of a recording and needs --log")
     name = options.world or _DEFAULT_WORLD
     if name in PLANE_WORLDS:
         return Plane(name, lidar=options.lidar)

@@ -26,6 +26,7 @@ class EkfLineSlam(PoseEstimator, LineMapper):
     optional: ClassVar[frozenset[str]] = frozenset(
         {"lines", "lidar", "tracks", "steering", "odometry"}
     )
+    requires_one_of: ClassVar[tuple[frozenset[str], ...]] = (frozenset({"lines", "lidar"}),)
 
     def __init__(
         self,

@@ -68,7 +68,7 @@ REFUSED = [
     (["--estimators", "dead-reckonin"], "no estimator is named 'dead-reckonin'; did you mean"),
     (["--log", "nowhere"], "nowhere is missing or is not a folder"),
     (["--log", LOG, "--world", "yard"], "--world and --log exclude each other: give one"),
-    (["--log", LOG, "--estimators", "dead-reckoning"], "'dead-reckoning' needs tracks, which log"),
+    (["--log", LOG, "--estimators", "dead-reckoning"], "needs odometry or tracks, which log"),
     (["--log", LOG, "--driver", "straight"], "--driver has no effect on a recording: leave it out"),
     (["--log", LOG, "--steps", "99"], "--steps 99 is too many: "),
     (["--world", "moon"], "moon"),
