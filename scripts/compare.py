@@ -49,7 +49,8 @@ class Compare:
     turn, such as 0.02; with it, each seed is another run."""
     estimators: Annotated[tuple[str, ...], _arg("NAME ...")] = ()
     """Estimators to compare; by default ground-truth, dead-reckoning, one-point-ransac and
-    five-point-ransac, as far as the source can feed them."""
+    five-point-ransac, as far as the source can feed them; without images ground-truth,
+    dead-reckoning and ekf-line-slam."""
     seeds: Annotated[int, _arg("N")] = 1
     """Runs of each, one by default: seeds 0 to N-1, of the world and of random choices."""
     steps: Annotated[int | None, _arg("N")] = None

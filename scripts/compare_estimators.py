@@ -8,6 +8,9 @@ from grouser.estimators.base import TRUTH_KEYS, lacking
 STANDARD = ("ground-truth", "dead-reckoning", "one-point-ransac", "five-point-ransac")
 """Those compared when none is named, as far as the source can feed them."""
 
+STANDARD_BLIND = ("ground-truth", "dead-reckoning", "ekf-line-slam")
+"""The same where there are no images."""
+
 
 def choose(asked: Sequence[str], gives: frozenset[str], source: str) -> list[str]:
     """The names to compare, each once, in the order in which they were asked for.
@@ -16,7 +19,8 @@ def choose(asked: Sequence[str], gives: frozenset[str], source: str) -> list[str
         ValueError: an unknown name, or an estimator that needs what the source does not give.
     """
     if not asked:
-        return [name for name in STANDARD if not _lacks(name, gives)]
+        standard = STANDARD if {"left", "right"} <= gives else STANDARD_BLIND
+        return [name for name in standard if not _lacks(name, gives)]
     for name in asked:
         lacks = _lacks(name, gives)
         if lacks:

@@ -20,7 +20,7 @@ def test_a_log_is_compared_on_and_its_noise_makes_runs_of_it(tmp_path: Path) -> 
     told = ["--odometry-noise", "0.1", "--seeds", "2", "--no-plots", "--output", str(out)]
     assert main(["compare", "--log", str(log), *told]) == 0
     runs = results(out)
-    standard = ["ground-truth", "dead-reckoning"]
+    standard = ["ground-truth", "dead-reckoning", "ekf-line-slam"]
     assert [r["estimator"] for r in runs] == standard * 2
     assert runs[0]["source"] == "log:room.log" and runs[0]["steps"] == N - 1
     one, other = (r for r in runs if r["estimator"] == "dead-reckoning")
@@ -34,6 +34,16 @@ def test_ticks_are_compared_on_without_truth(tmp_path: Path) -> None:
     assert main(["compare", "--log", str(log), *names]) == 0
     (run,) = results(out)
     assert run["ate_m"] is None and run["source"] == "log:room.dat"
+
+
+def test_a_log_is_mapped(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log, out = write_carmen(tmp_path), tmp_path / "a"
+    noise = ["--odometry-noise", "0.02"]
+    assert main(["map", "--log", str(log), *noise, "--output", str(out)]) == 0
+    told = capsys.readouterr().out
+    assert "ekf-line-slam on log:room.log: a map of" in told and "ATE" in told
+    assert json.loads((out / "map.geojson").read_text())["features"]
+    assert (out / "truth.tum").exists()
 
 
 @pytest.mark.parametrize(
