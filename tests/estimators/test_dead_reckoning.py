@@ -185,7 +185,9 @@ def test_reset_forgets_the_previous_drive() -> None:
 
 
 def test_a_rig_without_tracks_is_refused_with_the_remedy() -> None:
-    with pytest.raises(ValueError, match=r"dead reckoning needs rig\.tracks, .* pass an override"):
+    with pytest.raises(
+        ValueError, match=r"dead reckoning needs rig\.tracks or rig\.odometry, .* pass an"
+    ):
         make("dead-reckoning", Rig(dt=0.1))
 
 
