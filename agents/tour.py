@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy import ndimage, sparse
 from scipy.sparse.csgraph import dijkstra
 
+from grouser.agents.free_graph import grid_graph, node
 from grouser.envs.simulation.world import World
 from grouser.envs.simulation.worlds.reachability import FreeSpace, free_space
 from grouser.geometry import Array
@@ -54,11 +55,11 @@ class _Ways:
 
     def length(self, place: Array) -> float:
         """m, more near obstacles; infinity where there is no way."""
-        return float(self._lengths[_node(self._space, place)])
+        return float(self._lengths[node(self._space, place)])
 
     def points(self, place: Array) -> Array:
         """(n, 2) the way's cells, the place itself last."""
-        nodes = [_node(self._space, place)]
+        nodes = [node(self._space, place)]
         while self._before[nodes[-1]] >= 0:
             nodes.append(int(self._before[nodes[-1]]))
         row, column = np.unravel_index(nodes[::-1], self._space.free.shape)
@@ -67,46 +68,14 @@ class _Ways:
 
 
 def _ways_from(graph: sparse.csr_matrix, space: FreeSpace, place: Array) -> _Ways:
-    lengths, before = dijkstra(graph, indices=[_node(space, place)], return_predecessors=True)
+    lengths, before = dijkstra(graph, indices=[node(space, place)], return_predecessors=True)
     return _Ways(space, lengths[0], before[0])
 
 
-def _node(space: FreeSpace, place: Array) -> int:
-    row, column = space.index(place)
-    return int(np.ravel_multi_index((int(row), int(column)), space.free.shape))
-
-
 def _graph(space: FreeSpace) -> sparse.csr_matrix:
-    """Free cells and their eight neighbours; a step costs more near obstacles."""
+    """A step costs more near obstacles."""
     clearance = ndimage.distance_transform_edt(space.free) * space.cell
-    cost = 1 + np.square(np.clip(1 - clearance / (2 * _ROOM), 0, 1)) * 8
-    nodes = np.arange(space.free.size).reshape(space.free.shape)
-    starts, ends, lengths = [], [], []
-    for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
-        here, there = _shifted(down, right)
-        # Both cells beside a diagonal must be free too, or the way would cut a corner.
-        beside = space.free[there[0], here[1]] & space.free[here[0], there[1]]
-        free = space.free[here] & space.free[there] & beside
-        starts.append(nodes[here][free])
-        ends.append(nodes[there][free])
-        lengths.append(space.cell * np.hypot(down, right) * (cost[here] + cost[there])[free] / 2)
-    i, j, w = (np.concatenate(parts) for parts in (starts, ends, lengths))
-    n = space.free.size
-    return sparse.csr_matrix((np.tile(w, 2), (np.append(i, j), np.append(j, i))), shape=(n, n))
-
-
-_HERE_AND_THERE = {
-    0: (slice(None), slice(None)),
-    1: (slice(None, -1), slice(1, None)),
-    -1: (slice(1, None), slice(None, -1)),
-}
-"""All indices that have a neighbour so much further on, and those neighbours."""
-
-
-def _shifted(down: int, right: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
-    """All cells that have a neighbour so many rows down and columns to the right; those."""
-    rows, columns = _HERE_AND_THERE[down], _HERE_AND_THERE[right]
-    return (rows[0], columns[0]), (rows[1], columns[1])
+    return grid_graph(space, 1 + np.square(np.clip(1 - clearance / (2 * _ROOM), 0, 1)) * 8)
 
 
 def _spaced(way: Array) -> Array:

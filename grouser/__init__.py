@@ -15,3 +15,4 @@ register(
 )
 register(id="grouser/Replay-v0", entry_point="grouser.envs.replay:ReplayEnv")
 register(id="grouser/LineWorld-v0", entry_point="grouser.envs.line_world:LineWorldEnv")
+register(id="grouser/GoalNav-v0", entry_point="grouser.agents.navigation:GoalNavEnv")

@@ -11,7 +11,6 @@ from grouser import __version__
 from grouser.scripts.abuse import Abuse
 from grouser.scripts.calibrate import Calibrate
 from grouser.scripts.compare import Compare
-from grouser.scripts.fit_emulator import FitEmulator
 from grouser.scripts.map import Map
 from grouser.scripts.montecarlo import MonteCarlo
 from grouser.scripts.reproduce import Reproduce
@@ -29,7 +28,6 @@ COMMANDS: dict[str, Callable[..., _Command]] = {
     "abuse": Abuse,
     "compare": Compare,
     "calibrate": Calibrate,
-    "fit-emulator": FitEmulator,
     "map": Map,
     "worlds": Worlds,
     "montecarlo": MonteCarlo,

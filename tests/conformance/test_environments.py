@@ -1,4 +1,5 @@
-"""Every registered environment keeps the contract of observations, seeds, specs and rigs."""
+"""Every registered environment keeps the contract of seeds and specs, and every robot's environment
+that of observations and rigs."""
 
 import hashlib
 import json
@@ -31,8 +32,21 @@ MADE: dict[str, list[tuple[dict[str, Any], str]]] = {
     "grouser/TrackedRobot-v0": [({}, "one-point-ransac")],
     "grouser/Replay-v0": [({}, "one-point-ransac")],
     "grouser/LineWorld-v0": [
-        ({"motion": "tracks", "sensors": ["tracks", "lines", "lidar", "points"]}, "dead-reckoning"),
+        ({"motion": "tracks", "sensors": ["tracks", "lines", "lidar"]}, "dead-reckoning"),
         ({"world": "yan-over-range", "sensors": ["steering", "lines"]}, "ekf-line-slam"),
+    ],
+}
+# Tasks on top of them: they show what a policy sees, and have an estimator of their own.
+TASKS: dict[str, list[dict[str, Any]]] = {
+    "grouser/GoalNav-v0": [
+        {},
+        {
+            "estimator": "one-point-ransac",
+            "policy_sensors": ["lidar", "left"],
+            "covariance": True,
+            "stop": "agent",
+            "robot": {"dynamics": "fast", "image_size": [160, 120]},
+        },
     ],
 }
 
@@ -47,7 +61,6 @@ CONTRACT: dict[str, tuple[tuple[int | None, ...], type[np.generic]]] = {
     "steering": ((2,), np.float64),
     "odometry": ((3,), np.float64),
     "lines": ((None, 4), np.float64),
-    "points": ((None, 2), np.float64),
     "stamp": ((1,), np.float64),
 }
 
@@ -66,21 +79,41 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-EVERY = [(name, options, estimator) for name in IDS for options, estimator in MADE[name]]
+ROBOTS = [(name, options, estimator) for name in MADE for options, estimator in MADE[name]]
+EVERY = [
+    *((name, options) for name, options, _ in ROBOTS),
+    *((name, options) for name in TASKS for options in TASKS[name]),
+]
 
 
-@pytest.fixture(params=EVERY, ids=[f"{name}{index}" for index, (name, _, _) in enumerate(EVERY)])
-def arguments(request: pytest.FixtureRequest, log: Path) -> dict[str, Any]:
+def named(cases: list[Any]) -> list[str]:
+    return [f"{case[0]}{index}" for index, case in enumerate(cases)]
+
+
+def made(name: str, options: dict[str, Any], log: Path) -> dict[str, Any]:
     """What gym.make needs for an environment."""
-    name, options, _ = request.param
     needed: dict[str, dict[str, Any]] = {"grouser/Replay-v0": {"log": str(log)}}
     return {"id": name, **options, **needed.get(name, {})}
 
 
+@pytest.fixture(params=EVERY, ids=named(EVERY))
+def arguments(request: pytest.FixtureRequest, log: Path) -> dict[str, Any]:
+    """What gym.make needs for any environment."""
+    name, options = request.param
+    return made(name, options, log)
+
+
+@pytest.fixture(params=ROBOTS, ids=named(ROBOTS))
+def robot(request: pytest.FixtureRequest, log: Path) -> dict[str, Any]:
+    """What gym.make needs for an environment that shows a robot's sensors."""
+    name, options, _ = request.param
+    return made(name, options, log)
+
+
 @pytest.fixture
-def estimator(request: pytest.FixtureRequest, arguments: dict[str, Any]) -> str:
+def estimator(request: pytest.FixtureRequest, robot: dict[str, Any]) -> str:
     """One that goes with these arguments."""
-    _, _, name = request.node.callspec.params["arguments"]
+    _, _, name = request.node.callspec.params["robot"]
     return str(name)
 
 
@@ -88,7 +121,8 @@ def rollout(env: gym.Env[Any, Any], *, seed: int, steps: int = 6) -> list[dict[s
     """Observations under actions that depend on nothing."""
     shown = [env.reset(seed=seed)[0]]
     for index in range(steps):
-        action = np.array([0.9, 0.9 - 0.2 * index], dtype=np.float32)
+        action = np.full(env.action_space.shape or (), -1.0, dtype=np.float32)  # a third: go on
+        action[:2] = 0.9, 0.9 - 0.2 * index
         shown.append(env.step(action)[0])
     return shown
 
@@ -103,7 +137,7 @@ def digest(observations: list[dict[str, Any]]) -> str:
 
 
 def test_every_environment_is_found() -> None:
-    assert set(IDS) == set(MADE)
+    assert set(IDS) == set(MADE) | set(TASKS)
 
 
 @pytest.mark.filterwarnings("error")
@@ -113,7 +147,7 @@ def test_gymnasiums_checker_passes_without_a_warning(arguments: dict[str, Any]) 
 
 # A covariance is a matrix and lines are rows, whatever a policy's default feature extractor would
 # like.
-_MATRICES = "ignore:Your observation (pose_covariance|lines|points) has an unconventional shape"
+_MATRICES = "ignore:Your observation (pose_covariance|lines) has an unconventional shape"
 
 
 def check_with_stable_baselines3(env: gym.Env[Any, Any]) -> None:
@@ -134,15 +168,15 @@ def test_stable_baselines3s_checker_passes_without_a_warning(arguments: dict[str
 @pytest.mark.filterwarnings(_MATRICES)
 @pytest.mark.filterwarnings("error")
 def test_with_an_estimator_stable_baselines3s_checker_passes_too(
-    arguments: dict[str, Any], estimator: str
+    robot: dict[str, Any], estimator: str
 ) -> None:
-    check_with_stable_baselines3(EstimatedPose(gym.make(**arguments).unwrapped, estimator))
+    check_with_stable_baselines3(EstimatedPose(gym.make(**robot).unwrapped, estimator))
 
 
 def test_observations_have_the_keys_shapes_and_types_of_the_contract(
-    arguments: dict[str, Any],
+    robot: dict[str, Any],
 ) -> None:
-    env = gym.make(**arguments)
+    env = gym.make(**robot)
     for shown in rollout(env, seed=0):
         stamps = {f"{key}_stamp" for key in shown}
         assert set(shown) - stamps <= OBSERVATION_KEYS and "stamp" in shown
@@ -155,16 +189,16 @@ def test_observations_have_the_keys_shapes_and_types_of_the_contract(
     env.close()
 
 
-def test_stamps_advance_by_the_rigs_step_from_zero(arguments: dict[str, Any]) -> None:
-    env = gym.make(**arguments)
+def test_stamps_advance_by_the_rigs_step_from_zero(robot: dict[str, Any]) -> None:
+    env = gym.make(**robot)
     stamps = [float(shown["stamp"][0]) for shown in rollout(env, seed=0)]
     assert stamps[0] == 0.0
     assert np.diff(stamps) == pytest.approx(env.get_wrapper_attr("rig").dt, abs=1e-9)
     env.close()
 
 
-def test_the_rig_describes_what_is_shown(arguments: dict[str, Any]) -> None:
-    env = gym.make(**arguments)
+def test_the_rig_describes_what_is_shown(robot: dict[str, Any]) -> None:
+    env = gym.make(**robot)
     rig = env.get_wrapper_attr("rig")
     assert isinstance(rig, Rig) and pickle.loads(pickle.dumps(rig)) == rig
     shown, _ = env.reset(seed=0)
@@ -185,8 +219,8 @@ def test_the_rig_describes_what_is_shown(arguments: dict[str, Any]) -> None:
     env.close()
 
 
-def test_the_truth_is_told_in_info_from_pose_zero_on(arguments: dict[str, Any]) -> None:
-    env = gym.make(**arguments)
+def test_the_truth_is_told_in_info_from_pose_zero_on(robot: dict[str, Any]) -> None:
+    env = gym.make(**robot)
     shown, info = env.reset(seed=0)
     assert not TRUTH_KEYS & set(shown)
     assert info["true_pose"].shape == (3,) and np.abs(info["true_pose"]).max() < 1e-9
@@ -266,9 +300,9 @@ def test_the_spec_survives_json_and_rebuilds_the_environment(arguments: dict[str
 
 
 def test_with_an_estimator_the_spec_survives_json_too(
-    arguments: dict[str, Any], estimator: str
+    robot: dict[str, Any], estimator: str
 ) -> None:
-    env = EstimatedPose(gym.make(**arguments), estimator)
+    env = EstimatedPose(gym.make(**robot), estimator)
     assert env.spec is not None
     twin = gym.make(EnvSpec.from_json(env.spec.to_json()))
     assert digest(rollout(env, seed=3)) == digest(rollout(twin, seed=3))
@@ -280,9 +314,9 @@ def test_with_an_estimator_the_spec_survives_json_too(
 @pytest.mark.filterwarnings("ignore:.*different from the unwrapped version")  # it is a wrapper
 @pytest.mark.filterwarnings("error")
 def test_with_an_estimator_gymnasiums_checker_passes_too(
-    arguments: dict[str, Any], estimator: str
+    robot: dict[str, Any], estimator: str
 ) -> None:
-    check_env(EstimatedPose(gym.make(**arguments), estimator))
+    check_env(EstimatedPose(gym.make(**robot), estimator))
 
 
 class Mute(gym.Wrapper[Any, Any, Any, Any]):
@@ -296,10 +330,10 @@ class Mute(gym.Wrapper[Any, Any, Any, Any]):
 
 
 def test_what_info_says_changes_neither_observation_nor_estimate(
-    arguments: dict[str, Any], estimator: str
+    robot: dict[str, Any], estimator: str
 ) -> None:
-    honest = EstimatedPose(gym.make(**arguments), estimator)
-    garbled = EstimatedPose(Mute(gym.make(**arguments)), estimator)
+    honest = EstimatedPose(gym.make(**robot), estimator)
+    garbled = EstimatedPose(Mute(gym.make(**robot)), estimator)
     assert digest(rollout(honest, seed=0)) == digest(rollout(garbled, seed=0))
     honest.close()
     garbled.close()

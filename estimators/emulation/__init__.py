@@ -1,1 +1,0 @@
-"""Emulated estimators: errors like a real estimator's, at a thousandth of its work."""
