@@ -38,6 +38,8 @@ class MonteCarlo:
     """Share of the matches that are wrong."""
     processes: int = 2
     """How many drives run at once."""
+    ray: Annotated[str | None, tyro.conf.arg(metavar="ADDRESS")] = None
+    """Address of a Ray cluster that runs the drives instead, "auto" or host:port."""
     output: Annotated[Path | None, tyro.conf.arg(metavar="FILE")] = None
     """JSON file for the score of every run and their means."""
 

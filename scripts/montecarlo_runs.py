@@ -2,9 +2,7 @@
 
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
-from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
@@ -21,6 +19,7 @@ from grouser.rig import Rig
 from grouser.scripts.montecarlo_scenarios import SCENARIOS
 from grouser.scripts.montecarlo_score import Score
 from grouser.scripts.montecarlo_world import Run, WorldOptions, drive
+from grouser.scripts.sweep import in_order, sweep
 
 TRACKS_ONLY = "dead-reckoning"
 RECOMMENDED = "one-point"
@@ -58,17 +57,20 @@ def run_all(
     seeds: int,
     *,
     processes: int = 2,
+    ray: str | None = None,
     world: WorldOptions | None = None,
 ) -> Iterator[list[Score]]:
     """The scores of every drive, one list a drive; in an order that does not depend on timing."""
-    names = [s for s in scenarios for _ in range(seeds)]
-    numbers = [n for _ in scenarios for n in range(seeds)]
-    rest = [tuple(methods)] * len(names), [world or WorldOptions()] * len(names)
-    if processes == 1:
-        yield from map(score_drive, names, numbers, *rest)
-        return
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-        yield from pool.map(score_drive, names, numbers, *rest)
+    drives = [
+        (scenario, seed, tuple(methods), world or WorldOptions())
+        for scenario in scenarios
+        for seed in range(seeds)
+    ]
+    yield from in_order(sweep(_score_drive, drives, processes=processes, ray=ray))
+
+
+def _score_drive(drive: tuple[str, int, Sequence[str], WorldOptions]) -> list[Score]:
+    return score_drive(*drive)
 
 
 def score_drive(

@@ -10,8 +10,9 @@ from grouser.scripts.montecarlo_scenarios import SCENARIOS
 from grouser.scripts.montecarlo_score import Score, summarise
 from grouser.scripts.montecarlo_table import explanation, score_table
 from grouser.scripts.montecarlo_world import WorldOptions
+from grouser.scripts.ray_cluster import require_cluster
 from grouser.scripts.terminal import progress, table_console
-from grouser.scripts.usage import UsageError
+from grouser.scripts.usage import UsageError, usage_errors
 
 
 def run_and_report(asked: MonteCarlo) -> int:
@@ -27,7 +28,7 @@ def run_and_report(asked: MonteCarlo) -> int:
     scores: list[Score] = []
     with progress("drives", len(scenarios) * asked.seeds) as bar:
         for of_drive in run_all(
-            scenarios, methods, asked.seeds, processes=asked.processes, world=world
+            scenarios, methods, asked.seeds, processes=asked.processes, ray=asked.ray, world=world
         ):
             scores += of_drive
             bar.advance()
@@ -57,6 +58,9 @@ def _check(asked: MonteCarlo) -> None:
         raise UsageError(f"--noise-px must be above zero, got {asked.noise_px}")
     if not 0 <= asked.outliers < 1:
         raise UsageError(f"--outliers must be at least 0 and below 1, got {asked.outliers}")
+    if asked.ray is not None:
+        with usage_errors():
+            require_cluster(asked.ray)
     if asked.output is not None and not asked.output.absolute().parent.is_dir():
         folder = asked.output.absolute().parent
         raise UsageError(f"--output: there is no folder {folder}; make it first")

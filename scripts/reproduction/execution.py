@@ -1,18 +1,16 @@
 """The work of a reproduction: every missing experiment is done and kept, by several processes."""
 
-import os
-import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from multiprocessing import get_context, parent_process
+from multiprocessing import get_context
 from multiprocessing.queues import SimpleQueue
 from typing import Any
 
 import cv2
 
-from grouser.envs.fleet.shares import processors
 from grouser.scripts.reproduction.experiment import Experiment
 from grouser.scripts.reproduction.store import ExperimentStore
+from grouser.scripts.worker import set_up_worker
 
 OnExperiment = Callable[[str], None]
 """Called with the name of an experiment that begins."""
@@ -111,24 +109,9 @@ _parts: Any = None
 
 
 def _set_up(started: Any, jobs: int, parts: Any) -> None:
-    """Give a new worker its share of the processors, and none of another's."""
     global _parts
     _parts = parts
-    with started.get_lock():
-        index, started.value = started.value, started.value + 1
-    share = processors(index, jobs)
-    if share:
-        os.sched_setaffinity(0, share)
-    cv2.setNumThreads(1)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    """A parent that was killed ends no worker by itself; this one would work on for nobody."""
-    parent = parent_process()
-    assert parent is not None
-    parent.join()
-    os._exit(1)
+    set_up_worker(started, jobs)
 
 
 def _do(experiment: Experiment, store: ExperimentStore) -> None:
