@@ -61,7 +61,7 @@ def test_runs_that_kill_every_worker_are_given_up() -> None:
 def test_an_error_of_a_run_is_raised_as_it_is(cluster: str) -> None:
     for where in ({"processes": 1}, {"processes": 2}, {"ray": cluster}):
         with pytest.raises(ValueError, match="run 7 cannot be done"):
-            list(sweep(refuse, [7], **where))  # type: ignore[arg-type]
+            list(sweep(refuse, [7], **where))
 
 
 def test_results_come_in_order_as_soon_as_they_can() -> None:
