@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from grouser.checks import did_you_mean
 from grouser.envs.plane.picture import PlanePicture
 from grouser.envs.plane.plane_rig import noises, plane_rig
-from grouser.envs.plane.sight import Sight
+from grouser.envs.plane.sight import SIGHTS, Sight
 from grouser.envs.plane.vehicles import (
     Moved,
     SteeredVehicle,
@@ -32,9 +32,6 @@ from grouser.rig import Rig
 
 Observation = dict[str, Any]
 Action = NDArray[np.floating[Any]]
-
-SIGHTS = ("lines", "lidar")
-"""Keys of the observation that show the segments; beside them is the one that shows the motion."""
 
 _STREAMS = ("motion", *SIGHTS)
 """Each has a generator of its own, asked for or not: leaving one out changes no other's noise."""
@@ -66,8 +63,10 @@ class LineWorldEnv(gym.Env[Observation, Action]):
 
     `lines` (max_lines, 4) shows range [m] and bearing [rad] of both ends of what is visible of
     each segment (at least 1 m), `lidar` (n_beams,) a scan, in which what is near hides what is
-    behind it. Both are of every `observe_every`-th step; `lines_stamp` and `lidar_stamp` say of
-    when. In between, `lines` is all zeros and `lidar` the last scan.
+    behind it. `points` (max_lines, 2) shows range [m] and bearing [rad] of one point of each
+    of those lines, the foot of the world's origin on it, by which paper 2 names a line. All are of
+    every `observe_every`-th step; `lines_stamp`, `lidar_stamp` and `points_stamp` say of when. In
+    between, `lines` and `points` are all zeros and `lidar` the last scan.
 
     `info` holds the truth, for scoring only: `true_pose` (3,) and `true_pose_3d` (4, 4) in the
     frame of the start, `start_pose` (3,) of that frame in the world, `true_twist` (3,) forward,
@@ -78,8 +77,8 @@ class LineWorldEnv(gym.Env[Observation, Action]):
     Args:
         world: "yan-normal", "yan-over-range", or segments [[ax, ay, bx, by], ...] in m.
         motion: "steering" or "tracks".
-        sensors: keys of the observation: "steering" or "tracks", "lines", "lidar" (and `stamp`,
-            which is there anyway); what moves and `lines` when None.
+        sensors: keys of the observation: "steering" or "tracks", "lines", "lidar", "points" (and
+            `stamp`, which is there anyway); what moves and `lines` when None.
         start: x, y [m] and heading [rad] at the start, in the world; its own when None.
         dt: time between two steps, s.
         speed: largest speed of the front wheel or of a track, m/s.

@@ -5,6 +5,7 @@ from grouser.estimators.registry import make, names, register
 from grouser.estimators.wrapper import EstimatedPose
 
 register("ground-truth", "grouser.estimators.ground_truth:GroundTruth")
+register("emulated", "grouser.estimators.emulation.estimator:Emulated")
 register("dead-reckoning", "grouser.estimators.dead_reckoning:DeadReckoning")
 register("icr-ekf", "grouser.estimators.icr_ekf:IcrEkf")
 register("vo-imu-gps", "grouser.estimators.vo_imu_gps:VoImuGps")
@@ -27,6 +28,8 @@ register(
 register("one-point-ekf", "grouser.estimators.monocular.estimator:MonocularEkf", sample=1)
 register("two-point-ekf", "grouser.estimators.monocular.estimator:MonocularEkf", sample=2)
 register("ekf-line-slam", "grouser.estimators.line_slam.estimator:EkfLineSlam")
+register("vo-line-slam", "grouser.estimators.line_slam.vo_estimator:VoLineSlam")
+register("ekf-point-slam", "grouser.estimators.line_slam.point_estimator:EkfPointSlam")
 
 __all__ = [
     "EstimatedPose",

@@ -68,12 +68,15 @@ class PoseEstimator(ABC):
 
 
 OBSERVATION_KEYS = frozenset(
-    {"left", "right", "tracks", "lidar", "imu", "gps", "steering", "odometry", "lines", "stamp"}
+    {
+        *("left", "right", "tracks", "lidar", "imu", "gps"),
+        *("steering", "odometry", "lines", "points", "stamp"),
+    }
 )
 """Keys that an environment may show; which of them it does depends on its robot."""
 
 TRUTH_KEYS = frozenset({"true_pose", "true_pose_3d"})
-"""Keys of `info` that only the estimator named ground-truth may require."""
+"""Keys of `info` that only ground-truth and emulated may require (`registry.TRUTH_READERS`)."""
 
 
 def lacking(kind: type[PoseEstimator], given: Iterable[str]) -> list[str]:
@@ -108,7 +111,7 @@ def readable(
     Of what it may see, it is also told when that was measured: `<key>_stamp`, where there is one.
 
     The truth is handed over only to an estimator that requires it by name, which the registry
-    allows for ground-truth alone.
+    allows for ground-truth and emulated alone.
 
     Raises:
         ValueError: the environment does not give what the estimator requires.

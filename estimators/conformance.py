@@ -24,7 +24,7 @@ from grouser.estimators.estimate_checks import (
 )
 from grouser.geometry import between
 
-OUTWARD_KEYS = frozenset({"left", "right", "lidar", "gps", "lines"})
+OUTWARD_KEYS = frozenset({"left", "right", "lidar", "gps", "lines", "points"})
 """Observations of the outside world, which the blackout takes away."""
 
 # Drive and estimate may differ by this much of the way before the blackout: enough for any honest

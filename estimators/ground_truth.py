@@ -12,7 +12,7 @@ from grouser.rig import Rig
 class GroundTruth(PoseEstimator):
     """Repeats the true pose that the environment tells in `info`, in the frame of the first one.
 
-    The only estimator that may: the registry gives the truth to the name ground-truth alone.
+    It may: the registry gives the truth to this name, to emulated, and to no other.
     """
 
     requires: ClassVar[frozenset[str]] = frozenset({"true_pose", "true_pose_3d", "stamp"})

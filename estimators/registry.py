@@ -14,6 +14,10 @@ from grouser.rig import Rig
 
 ENTRY_POINT_GROUP = "grouser.estimators"
 GROUND_TRUTH = "ground-truth"
+EMULATED = "emulated"
+TRUTH_READERS = frozenset({GROUND_TRUTH, EMULATED})
+"""Names that may read the truth: it itself, and the truth with errors drawn like an estimator's.
+Neither is an estimator; nobody else may."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,10 +83,10 @@ def estimator_class(name: str) -> type[PoseEstimator]:
     if not (isinstance(found, type) and issubclass(found, PoseEstimator)):
         raise TypeError(f"{entry_point}, registered as {name!r}, is not a PoseEstimator class")
     truth = (found.requires | found.optional) & TRUTH_KEYS
-    if truth and name != GROUND_TRUTH:
+    if truth and name not in TRUTH_READERS:
         raise ValueError(
             f"estimator {name!r} asks for the truth ({sorted(truth)}); none but "
-            f"{GROUND_TRUTH!r} may"
+            f"{GROUND_TRUTH!r} and {EMULATED!r} may"
         )
     return found
 

@@ -97,6 +97,7 @@ def _observe(
         "odometry": moving * arc_pose(TURN_RATE * RIG.dt, SPEED * RIG.dt),
         "lidar": _scan(pose, rng),
         "lines": _walls(pose, rng),
+        "points": _corners(pose),
         "imu": np.array([0.0, SPEED * TURN_RATE * moving, GRAVITY, 0.0, 0.0, TURN_RATE * moving]),
         "gps": pose[:2] + rng.normal(0.0, 0.02, 2),
         "stamp": np.array([index * RIG.dt]),
@@ -114,6 +115,7 @@ def _darkness() -> dict[str, NDArray[np.generic]]:
         "lidar": nothing,
         "gps": np.full(2, np.nan),
         "lines": np.zeros((RIG.line_sensor.max_lines, 4)),
+        "points": np.zeros((RIG.line_sensor.max_lines, 2)),
     }
 
 
@@ -188,6 +190,14 @@ def _walls(pose: Array, rng: np.random.Generator) -> Array:
     ranges = np.linalg.norm(seen, axis=-1) + rng.normal(0.0, sensor.sigma_range, (4, 2))
     bearings = np.arctan2(seen[..., 1], seen[..., 0]) + rng.normal(0, sensor.sigma_bearing, (4, 2))
     return np.stack([ranges, bearings], axis=-1).reshape(4, 4)
+
+
+def _corners(pose: Array) -> Array:
+    """(4, 2) range and bearing of the room's corners, free of noise."""
+    (x0, y0), (x1, y1) = ROOM_LOW[:2], ROOM_HIGH[:2]
+    corners = np.array([[x0, y0, 0.0], [x1, y0, 0.0], [x1, y1, 0.0], [x0, y1, 0.0]])
+    x, y = geometry.between(pose, corners)[:, :2].T
+    return np.column_stack([np.hypot(x, y), np.arctan2(y, x)])
 
 
 def _hit(origin: Array, directions: Array) -> tuple[Array, NDArray[np.intp]]:

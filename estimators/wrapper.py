@@ -32,8 +32,9 @@ class EstimatedPose(
     "lost". Height, diagnostics and timings of the last estimate are in `estimate`.
 
     The estimator sees the observation keys that it declares and nothing else; the truth in `info`
-    is handed over to ground-truth alone. Its randomness comes from the seed of `reset`: the same
-    seed gives the same bits, and the environment's own random stream is left untouched.
+    is handed over to ground-truth and emulated alone. Its randomness comes from the seed of
+    `reset`: the same seed gives the same bits, and the environment's own random stream is left
+    untouched.
 
     Its arguments are recorded, so that `gym.make(env.spec)` rebuilds environment and estimator.
     """

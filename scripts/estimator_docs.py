@@ -6,7 +6,7 @@ import re
 import textwrap
 import typing
 from collections.abc import Iterator, Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, Field, fields, is_dataclass
 from typing import Any
 
 from grouser.estimators import names
@@ -87,12 +87,23 @@ def _option_groups(kind: type[PoseEstimator]) -> Iterator[type[Any]]:
     for name, parameter in inspect.signature(kind).parameters.items():
         if parameter.kind is parameter.KEYWORD_ONLY:
             candidates = (hints[name], *typing.get_args(hints[name]))
-            yield from (one for one in candidates if isinstance(one, type) and is_dataclass(one))
+            yield from (one for one in candidates if _is_option_group(one))
+
+
+def _is_option_group(candidate: object) -> bool:
+    """Whether it is a dataclass that may be left as it is: a value such as a map is not."""
+    if not (isinstance(candidate, type) and is_dataclass(candidate)):
+        return False
+    return all(_default(f) is not MISSING for f in fields(candidate))
+
+
+def _default(field: Field[Any]) -> Any:
+    return field.default if field.default_factory is MISSING else field.default_factory()
 
 
 def _group_section(group: type[Any]) -> str:
     told = field_texts(group)
-    lines = [f"| `{f.name}` | `{f.default!r}` | {told.get(f.name, '')} |" for f in fields(group)]
+    lines = [f"| `{f.name}` | `{_default(f)!r}` | {told.get(f.name, '')} |" for f in fields(group)]
     described = _paragraphs(inspect.getdoc(group) or "")
     where = f"`from {group.__module__} import {group.__name__}`"
     head = f"### `{group.__name__}`\n\n{described}\n\n{where}\n\n| field | default | |"

@@ -1,4 +1,5 @@
-"""What shows a vehicle the segments: ends of their visible parts, or a scan; every few steps."""
+"""What shows a vehicle the segments: ends of their visible parts, a scan, or a point of each; every
+few steps."""
 
 import copy
 from collections.abc import Mapping, Sequence
@@ -17,8 +18,13 @@ from grouser.rig_motion import LineSensor
 
 Reading = dict[str, NDArray[Any]]
 
+SIGHTS = ("lines", "lidar", "points")
+"""Keys of the observation that show the segments."""
+
 SHORTEST = 1.0
 """m; of a line of which less is visible, the line sensor says nothing (SPEC 2.3)."""
+
+_FARTHEST = 1e6  # m
 
 _TAIL = 10.0
 """Sigmas of noise that a space has room for; no draw is beyond them."""
@@ -28,12 +34,12 @@ class Sight:
     """Looks at the segments at every so many-th step, the first one included.
 
     Where it does not look at every step, each key has its `<key>_stamp` (1,) beside it: when it
-    last looked, s. In between, `lines` shows no line, for lines that were seen add up to a map as
-    increments do to a way, and `lidar` its last scan.
+    last looked, s. In between, `lines` and `points` show none, for what was seen adds up to a map
+    as increments do to a way, and `lidar` its last scan.
 
     Args:
         rig: the vehicle's calibration.
-        keys: of "lines" and "lidar", what to look with.
+        keys: of SIGHTS, what to look with.
         observer: what finds the visible parts.
         every: steps from one look to the next.
     """
@@ -43,7 +49,7 @@ class Sight:
     ) -> None:
         assert rig.line_sensor is not None and rig.lidar is not None
         self._sensor, self._lidar, self._dt = rig.line_sensor, rig.lidar, rig.dt
-        self._keys = [key for key in ("lines", "lidar") if key in keys]
+        self._keys = [key for key in SIGHTS if key in keys]
         self._observer, self._every = observer, every
         self._shown: Reading = {}
         self._stamp = 0.0
@@ -54,7 +60,11 @@ class Sight:
     @property
     def spaces(self) -> dict[str, spaces.Box]:
         """Key and bounded space of all that it shows."""
-        every = {"lines": _space_of_lines(self._sensor), "lidar": _space_of_scans(self._lidar)}
+        every = {
+            "lines": _space_of_lines(self._sensor),
+            "lidar": _space_of_scans(self._lidar),
+            "points": _space_of_points(self._sensor),
+        }
         shown = {key: every[key] for key in self._keys}
         stamp = spaces.Box(0.0, LONGEST_STAMP, (1,), np.float64)
         return shown if self._every == 1 else shown | {f"{key}_stamp": stamp for key in shown}
@@ -67,8 +77,9 @@ class Sight:
             self._stamp = step * self._dt
             self.visible = visible_parts(self._observer, segments, pose, self._sensor.range_max)
             self._shown = {key: self._measure(key, segments, pose, rngs[key]) for key in self._keys}
-        elif "lines" in self._shown:
-            self._shown["lines"] = np.zeros_like(self._shown["lines"])
+        else:
+            fleeting = {"lines", "points"} & set(self._shown)
+            self._shown |= {key: np.zeros_like(self._shown[key]) for key in fleeting}
         readings = {key: value.copy() for key, value in self._shown.items()}
         if self._every == 1:
             return readings
@@ -87,6 +98,8 @@ class Sight:
     ) -> NDArray[Any]:
         if key == "lines":
             return seen_ends(self._sensor, self.visible, pose, rng)
+        if key == "points":
+            return seen_feet(self._sensor, segments, self.visible, pose, rng)
         return scanned(self._lidar, segments, pose, rng)
 
 
@@ -107,7 +120,7 @@ def seen_ends(
     """
     # For every segment, seen or not: what is visible here changes no later noise.
     noise = rng.standard_normal((len(visible), 2, 2)) * [sensor.sigma_range, sensor.sigma_bearing]
-    long = np.hypot(visible[:, 2] - visible[:, 0], visible[:, 3] - visible[:, 1]) >= SHORTEST
+    long = _long(visible)
     away = visible[long].reshape(-1, 2, 2) - pose[:2]
     ranges = np.maximum(np.hypot(away[..., 0], away[..., 1]) + noise[long, :, 0], 0.0)
     angles = np.arctan2(away[..., 1], away[..., 0]) - pose[2]
@@ -119,6 +132,32 @@ def seen_ends(
     told = np.zeros((sensor.max_lines, 4))
     told[: len(rows)] = rows
     return told
+
+
+def seen_feet(
+    sensor: LineSensor, segments: Array, visible: Array, pose: Array, rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """(max_lines, 2) range and bearing of a point of each line of which the sensor sees a part: the
+    foot of the world's origin on it, which is how paper 2 names a line (its section 1.3).
+
+    The foot need not be visible itself. The rows are sorted by bearing.
+    """
+    noise = rng.standard_normal((len(visible), 2)) * [sensor.sigma_range, sensor.sigma_bearing]
+    long = _long(visible)
+    a, along = segments[:, :2], segments[:, 2:] - segments[:, :2]
+    t = -np.sum(a * along, axis=1) / np.sum(along**2, axis=1)
+    away = (a + t[:, None] * along - pose[:2])[long]
+    ranges = np.maximum(np.hypot(away[:, 0], away[:, 1]) + noise[long, 0], 0.0)
+    bearings = wrap(np.arctan2(away[:, 1], away[:, 0]) - pose[2] + noise[long, 1])
+    told = np.zeros((sensor.max_lines, 2))
+    told[: len(ranges)] = np.column_stack([ranges, bearings])[np.argsort(bearings)]
+    return told
+
+
+def _long(visible: Array) -> NDArray[np.bool_]:
+    """(n,) of which parts (n, 4) enough is visible."""
+    length = np.hypot(visible[:, 2] - visible[:, 0], visible[:, 3] - visible[:, 1])
+    return np.asarray(length >= SHORTEST)
 
 
 def scanned(
@@ -140,6 +179,11 @@ def _space_of_lines(sensor: LineSensor) -> spaces.Box:
     high = np.tile([longest, np.pi, longest, np.pi], (sensor.max_lines, 1))
     low = np.tile([0.0, -np.pi, 0.0, -np.pi], (sensor.max_lines, 1))
     return spaces.Box(low, high, dtype=np.float64)
+
+
+def _space_of_points(sensor: LineSensor) -> spaces.Box:
+    high = np.tile([_FARTHEST, np.pi], (sensor.max_lines, 1))
+    return spaces.Box(high * [0.0, -1.0], high, dtype=np.float64)
 
 
 def _space_of_scans(lidar: Lidar) -> spaces.Box:

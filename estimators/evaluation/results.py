@@ -5,12 +5,14 @@ settings.json                             what all runs of the folder have in co
 trajectories/NAME_seedS.tum               the estimate; 3-D where the estimator gives that
 trajectories/truth/NAME_seedS.tum         the truth, where there is one
 trajectories/with_covariance/NAME_seedS.tum   the planar estimate, covariance in columns 9 to 14
+trajectories/status/NAME_seedS.txt        stamp and status of every frame
 """
 
 import math
 from dataclasses import dataclass
 from pathlib import Path
 
+from grouser.estimators.base import Status
 from grouser.estimators.evaluation.comparison import Run
 from grouser.estimators.evaluation.folder import (
     Settings,
@@ -34,6 +36,8 @@ class RunTrajectories:
     estimate: Trajectory
     """Planar, with covariance."""
     truth: Trajectory | None
+    statuses: tuple[Status, ...] | None
+    """One a frame; None in folders that were written before statuses were kept."""
 
 
 class ResultsFolder:
@@ -96,7 +100,7 @@ class ResultsFolder:
 
     def _write_trajectories(self, run: Run) -> None:
         name = _file_name(run.estimator, run.seed)
-        for folder in ("truth", "with_covariance"):
+        for folder in ("truth", "with_covariance", "status"):
             (self.path / "trajectories" / folder).mkdir(parents=True, exist_ok=True)
         flat, P = lift(planar(run)), covariances(run)
         poses = spatial(run)
@@ -104,6 +108,7 @@ class ResultsFolder:
         write_tum(self.path / "trajectories" / name, estimate)
         with_covariance = Trajectory(run.stamps, flat, P)
         write_tum(self.path / "trajectories" / "with_covariance" / name, with_covariance)
+        _write_statuses(_status_file(self.path, run.estimator, run.seed), run)
         if run.true_poses_3d is not None:
             truth = Trajectory(run.stamps, run.true_poses_3d)
             write_tum(self.path / "trajectories" / "truth" / name, truth)
@@ -116,6 +121,7 @@ class ResultsFolder:
             seed,
             read_tum(folder / "with_covariance" / name),
             read_tum(truth) if truth.exists() else None,
+            _read_statuses(_status_file(self.path, estimator, seed)),
         )
 
 
@@ -126,6 +132,22 @@ def _check_figures(summary: Summary) -> None:
             f"{summary['estimator']}, seed {summary['seed']}: {', '.join(wild)} cannot be written "
             "as JSON, for they are no finite numbers; are the estimates? check_pose_estimator tells"
         )
+
+
+def _status_file(path: Path, estimator: str, seed: int) -> Path:
+    name = _file_name(estimator, seed).removesuffix(".tum")
+    return path / "trajectories" / "status" / f"{name}.txt"
+
+
+def _write_statuses(path: Path, run: Run) -> None:
+    rows = zip(run.stamps, run.estimates, strict=True)
+    path.write_text("".join(f"{stamp:.9f} {said.status.value}\n" for stamp, said in rows))
+
+
+def _read_statuses(path: Path) -> tuple[Status, ...] | None:
+    if not path.exists():
+        return None
+    return tuple(Status(line.split()[1]) for line in path.read_text().splitlines())
 
 
 def _file_name(estimator: str, seed: int) -> str:

@@ -19,8 +19,9 @@ from grouser.estimators.line_slam.map import LineMap
 from grouser.estimators.line_slam.measurements import LineMeasurements
 from grouser.estimators.line_slam.merging import EXACT, MergingOptions, Twins, find_twins
 from grouser.estimators.line_slam.motion import MotionModel
+from grouser.estimators.line_slam.predict import predict
 from grouser.estimators.line_slam.sightings import Sightings
-from grouser.estimators.line_slam.sparse_update import absorb, correct, propagate
+from grouser.estimators.line_slam.sparse_update import absorb, correct
 from grouser.estimators.line_slam.state import POSE, LineState
 from grouser.geometry import Array, wrap
 
@@ -83,7 +84,12 @@ class LineEkf:
     def step(self, observation: Observation, seen: LineMeasurements | None) -> Told:
         """Take one observation, and the lines it showed; None where nobody looked."""
         before = self.state.pose.copy()
-        measured = self._predict(observation)
+        measured = predict(
+            self.state,
+            self._motion,
+            observation,
+            lambda step: self._linearization.step(self.state, step),
+        )
         told = Told(measured) if seen is None else self.look(seen, measured=measured)
         self._motion.learn(before, self.state.pose.copy())
         return told
@@ -136,18 +142,6 @@ class LineEkf:
             open_ends=self.end_points.open_ends,
             counts=self.sightings.counts,
         )
-
-    def _predict(self, observation: Observation) -> bool:
-        state = self.state
-        step = self._motion.predict(observation, state.pose.copy(), state.errors.copy())
-        F, Q = np.eye(state.head), np.zeros((state.head, state.head))
-        F[:POSE, :POSE] = self._linearization.step(state, step)
-        F[:POSE, POSE:] = step.by_errors
-        Q[:POSE, :POSE] = step.covariance
-        Q[POSE:, POSE:] = np.diag(self._motion.errors.walks**2)
-        propagate(state.buffer, state.size, F, Q)
-        state.pose[:] = step.pose
-        return step.measured
 
     def _associate(self, seen: LineMeasurements) -> Pairs:
         self._linearization.begin(self.state)

@@ -2,25 +2,25 @@
 
 from grouser.checks import require_positive
 from grouser.estimators.base import Status
-from grouser.estimators.line_slam.ekf import Told
 from grouser.geometry import Array
 
 _LOST = 0.35**2  # rad^2: the filter's Jacobians mean nothing beyond
 
 
 class Support:
-    """TRACKING for a while after a look that showed lines of the map, then COASTING; LOST where the
+    """TRACKING for a while after a look that showed landmarks, then COASTING; LOST where the
     heading is known no more."""
 
     def __init__(self, lasts: float) -> None:
-        """lasts: s that a look counts for."""
+        """lasts: s that such a look counts for."""
         self.lasts = lasts
         require_positive(self, "lasts")
         self._until = float("-inf")
 
-    def status(self, told: Told, stamp: float, covariance: Array) -> Status:
-        """After a step at `stamp` [s] that left the pose with a covariance (3, 3)."""
-        if told.matched or told.new:
+    def status(self, supported: bool, stamp: float, covariance: Array) -> Status:
+        """After a step at `stamp` [s] that left the pose with a covariance (3, 3), and showed
+        landmarks or did not."""
+        if supported:
             self._until = stamp + self.lasts
         if covariance[2, 2] > _LOST:
             return Status.LOST

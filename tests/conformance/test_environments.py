@@ -32,7 +32,7 @@ MADE: dict[str, list[tuple[dict[str, Any], str]]] = {
     "grouser/TrackedRobot-v0": [({}, "one-point-ransac")],
     "grouser/Replay-v0": [({}, "one-point-ransac")],
     "grouser/LineWorld-v0": [
-        ({"motion": "tracks", "sensors": ["tracks", "lines", "lidar"]}, "dead-reckoning"),
+        ({"motion": "tracks", "sensors": ["tracks", "lines", "lidar", "points"]}, "dead-reckoning"),
         ({"world": "yan-over-range", "sensors": ["steering", "lines"]}, "ekf-line-slam"),
     ],
 }
@@ -61,6 +61,7 @@ CONTRACT: dict[str, tuple[tuple[int | None, ...], type[np.generic]]] = {
     "steering": ((2,), np.float64),
     "odometry": ((3,), np.float64),
     "lines": ((None, 4), np.float64),
+    "points": ((None, 2), np.float64),
     "stamp": ((1,), np.float64),
 }
 
@@ -147,7 +148,7 @@ def test_gymnasiums_checker_passes_without_a_warning(arguments: dict[str, Any]) 
 
 # A covariance is a matrix and lines are rows, whatever a policy's default feature extractor would
 # like.
-_MATRICES = "ignore:Your observation (pose_covariance|lines) has an unconventional shape"
+_MATRICES = "ignore:Your observation (pose_covariance|lines|points) has an unconventional shape"
 
 
 def check_with_stable_baselines3(env: gym.Env[Any, Any]) -> None:

@@ -7,7 +7,12 @@ import pytest
 
 from grouser.estimators import names
 from grouser.scripts.docs_tables import DOCUMENTS, materials_table, with_tables
-from grouser.scripts.estimator_docs import estimator_sections, field_texts, option_texts
+from grouser.scripts.estimator_docs import (
+    estimator_sections,
+    field_texts,
+    option_group_sections,
+    option_texts,
+)
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=str)
@@ -59,3 +64,8 @@ class Tea:
 
 def test_fields_are_read_with_what_stands_below_them() -> None:
     assert field_texts(Tea) == {"minutes": "How long it draws.", "leaves": "How many."}
+
+
+def test_tables_hold_no_address_in_memory() -> None:
+    """They would differ from process to process; a value such as a map is no group of options."""
+    assert " at 0x" not in estimator_sections() + option_group_sections()

@@ -22,7 +22,7 @@ def contenders(asked: Sequence[str] = ()) -> tuple[str, ...]:
             the paper's method is not among them.
     """
     if not asked:
-        rivals = [name for name in registry.names() if name != registry.GROUND_TRUTH]
+        rivals = [name for name in registry.names() if name not in registry.TRUTH_READERS]
         return _ordered([name for name in rivals if _is_rival(name)])
     for name in asked:
         lacking = sorted(registry.estimator_class(name).requires - _given())

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from grouser.envs.plane.plane_rig import noises, plane_rig
-from grouser.envs.plane.sight import Sight, scanned, seen_ends, visible_parts
+from grouser.envs.plane.sight import Sight, scanned, seen_ends, seen_feet, visible_parts
 from grouser.envs.sensors.line_observer import ClosedFormObserver
 from grouser.geometry import Array, compose
 from grouser.rig import Rig
@@ -126,3 +126,25 @@ def test_what_is_not_a_noise_is_refused() -> None:
         with pytest.raises(ValueError, match="a number of zero or more that multiplies all"):
             noises(wrong)  # type: ignore[arg-type]
     assert noises({"range": 0.5})["range"] == 0.5 and noises(2)["tracks"] == 0.02
+
+
+def test_points_are_the_feet_of_the_worlds_origin_on_the_lines_in_sight() -> None:
+    sensor = rig(0.0).line_sensor
+    assert sensor is not None
+    visible = visible_parts(ClosedFormObserver(), SEGMENTS, POSE, sensor.range_max)
+    rows = seen_feet(sensor, SEGMENTS, visible, POSE, np.random.default_rng(0))
+    shown = rows[rows.any(axis=1)]
+    # Of x = 5 and y = 6; the others are out of reach, or too short.
+    assert len(shown) == 2 and (np.diff(shown[:, 1]) > 0).all()
+    along = shown[:, :1] * np.column_stack([np.cos(shown[:, 1]), np.sin(shown[:, 1])])
+    feet = compose(POSE, np.column_stack([along, np.zeros(2)]))[:, :2]
+    assert np.allclose(feet[np.argsort(feet[:, 1])], [[5, 0], [0, 6]])
+
+
+def test_the_noise_of_points_is_that_of_ends() -> None:
+    sensor = rig(1.0).line_sensor
+    assert sensor is not None
+    visible = visible_parts(ClosedFormObserver(), SEGMENTS, POSE, sensor.range_max)
+    rng = np.random.default_rng(1)
+    rows = np.array([seen_feet(sensor, SEGMENTS, visible, POSE, rng)[0] for _ in range(4000)])
+    assert rows.std(axis=0) == pytest.approx([sensor.sigma_range, sensor.sigma_bearing], rel=0.05)

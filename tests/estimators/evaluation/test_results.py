@@ -46,6 +46,7 @@ def test_a_run_is_kept(tmp_path: Path, run: Run) -> None:
     np.testing.assert_allclose(project(trajectories.estimate.poses), estimates, atol=1e-9)
     np.testing.assert_allclose(trajectories.estimate.covariances, P, atol=1e-12)
     np.testing.assert_allclose(project(trajectories.truth.poses), run.true_poses, atol=1e-9)
+    assert trajectories.statuses == tuple(e.status for e in run.estimates)
 
 
 def test_evo_reads_the_trajectories(tmp_path: Path, run: Run) -> None:

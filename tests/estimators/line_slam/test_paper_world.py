@@ -46,8 +46,8 @@ class Witness:
     def __init__(self, estimator: EkfLineSlam, truth: Array) -> None:
         self.truth, self.pose = truth, np.zeros(3)
         self.seen: list[tuple[int, int]] = []
-        self._inner = estimator._running()._associate
-        estimator._running()._associate = self  # type: ignore[method-assign]
+        self._inner = estimator._slam.filter._associate
+        estimator._slam.filter._associate = self  # type: ignore[method-assign]
 
     def __call__(self, seen: LineMeasurements) -> Pairs:
         pairs = self._inner(seen)

@@ -1,0 +1,191 @@
+"""Fits an error model to what a real estimator told: the parts one after another, each by least
+squares.
+
+Increments' errors are summed over windows, in which an error that lasts for one step cancels but at
+the ends: how their variance grows with the window tells jitter and growth apart.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+from scipy.optimize import nnls
+
+from grouser.estimators.emulation.error_model import STATUSES, ErrorModel
+from grouser.estimators.emulation.process import modelled_sigmas, on_the_spot
+from grouser.estimators.emulation.record import Record, require_alike, sigmas
+from grouser.geometry import Array, between
+
+_WINDOW: Final = 10
+"""Steps of a window in which drift shows."""
+_LAGS: Final = (1, 3, 10, 30)
+"""Steps of the windows by which the growth of variances is told."""
+_SIGNIFICANT: Final = 3.0
+"""Sigmas by which a correction must differ from none: any random walk seems to be drawn back."""
+_FEWEST: Final = 100
+"""A status seen in fewer windows shares the noise of all."""
+_SETTLED: Final = 20
+"""Frames after which told sigmas are compared; at the start they are zero."""
+
+
+def fit_error_model(records: Sequence[Record], *, of: str, source: str) -> ErrorModel:
+    """The error model of an estimator, from its runs.
+
+    Raises:
+        ValueError: there are no runs, or their steps differ in length.
+    """
+    dt = require_alike(records)
+    correction = _correction(records)
+    bias_mean, bias_sigma, biases = _biases(records, correction)
+    growth, jitter = _noise(records, correction, biases)
+    values: dict[str, Any] = {
+        "of": of,
+        "dt": dt,
+        "source": source,
+        "runs": len(records),
+        "bias_mean": bias_mean,
+        "bias_sigma": bias_sigma,
+        "correction": correction,
+        "growth": growth,
+        "jitter": jitter,
+        "first_status": _first_status(records),
+        "transitions": _transitions(records),
+    }
+    unscaled = ErrorModel(**values, confidence=np.ones(2))
+    return ErrorModel(**values, confidence=_confidence(records, unscaled))
+
+
+def _features(record: Record) -> Array:
+    """(N - 1, 4) what systematic errors grow with in each step."""
+    forward, turn = record.increments[:, 0], record.increments[:, 2]
+    spot = [on_the_spot(d, a) for d, a in zip(forward, turn, strict=True)]
+    return np.column_stack([forward, turn, np.abs(turn), spot])
+
+
+def _grown(record: Record) -> Array:
+    """(N - 1, 3) what variances grow with in each step."""
+    step = np.abs(record.increments)
+    return np.column_stack([np.ones(len(step)), step[:, 0], step[:, 2]])
+
+
+def _gaps(record: Record) -> Array:
+    """(N - 1, 3) the true pose seen from the told one, before each step; 0 where not tracking."""
+    gap = between(record.told[:-1], record.truth[:-1])
+    return np.where((record.status[1:] == 0)[:, None], gap, 0.0)
+
+
+def _windows(values: Array, n: int) -> Array:
+    """Sums over consecutive windows of n steps, which do not overlap."""
+    whole = len(values) // n * n
+    return np.asarray(values[:whole].reshape(-1, n, *values.shape[1:]).sum(axis=1))
+
+
+def _correction(records: Sequence[Record]) -> Array:
+    """(3,) the share of the error that a step takes back: of its regression beside systematic
+    errors that each run has of its own."""
+    correction = np.zeros(3)
+    for axis in range(3):
+        errors, rows = [], []
+        for k, record in enumerate(records):
+            features = _windows(_features(record), _WINDOW)
+            n = features.shape[1]
+            row = np.zeros((len(features), n * len(records) + 1))
+            row[:, n * k : n * (k + 1)] = features
+            # The error before the window: those within it hold the window's own noise.
+            row[:, -1] = _WINDOW * _gaps(record)[::_WINDOW, axis][: len(features)]
+            rows.append(row)
+            errors.append(_windows(record.increment_errors, _WINDOW)[:, axis])
+        gain, sigma = _last_coefficient(np.concatenate(rows), np.concatenate(errors))
+        if gain > _SIGNIFICANT * sigma:
+            correction[axis] = _share_a_step(gain * _WINDOW)
+    return correction
+
+
+def _share_a_step(of_window: float) -> float:
+    """What each step takes back where a window of them takes back this share."""
+    return -math.expm1(math.log1p(-min(of_window, 0.99)) / _WINDOW)
+
+
+def _last_coefficient(rows: Array, values: Array) -> tuple[float, float]:
+    """The last coefficient of a linear regression and its sigma."""
+    if not rows[:, -1].any():
+        return 0.0, 1.0
+    solution, *_ = np.linalg.lstsq(rows, values, rcond=None)
+    left = values - rows @ solution
+    free = max(len(values) - rows.shape[1], 1)
+    variance = np.linalg.pinv(rows.T @ rows)[-1, -1] * float(left @ left) / free
+    return float(solution[-1]), float(np.sqrt(variance))
+
+
+def _uncorrected(record: Record, correction: Array) -> Array:
+    """(N - 1, 3) increments' errors without what was taken back."""
+    return record.increment_errors - correction * _gaps(record)
+
+
+def _biases(records: Sequence[Record], correction: Array) -> tuple[Array, Array, list[Array]]:
+    """Mean and sigma (3, 4) of systematic errors over the runs, and those of each run."""
+    each: list[Array] = []
+    uncertain: list[Array] = []
+    for record in records:
+        rows = _windows(_features(record), _WINDOW)
+        errors = _windows(_uncorrected(record, correction), _WINDOW)
+        solution, *_ = np.linalg.lstsq(rows, errors, rcond=None)
+        left = (errors - rows @ solution).var(axis=0)
+        inverse = np.diag(np.linalg.pinv(rows.T @ rows))
+        each.append(np.asarray(solution.T, dtype=np.float64))
+        uncertain.append(np.outer(left, inverse))
+    spread = np.var(each, axis=0, ddof=1) if len(each) > 1 else np.zeros((3, 4))
+    # What runs differ by because each tells its own only roughly is no difference.
+    sigma = np.sqrt(np.maximum(spread - np.mean(uncertain, axis=0), 0.0))
+    return np.asarray(np.mean(each, axis=0)), np.asarray(sigma), each
+
+
+def _noise(
+    records: Sequence[Record], correction: Array, biases: Sequence[Array]
+) -> tuple[Array, Array]:
+    """Growth (3, 3, 3) and jitter (3, 3), as `ErrorModel` has them."""
+    rows, squares, statuses = [], [], []
+    for record, bias in zip(records, biases, strict=True):
+        left = _uncorrected(record, correction) - _features(record) @ bias.T
+        for lag in _LAGS:
+            grown, n = _windows(_grown(record), lag), len(record.status[1:]) // lag * lag
+            rows.append(np.column_stack([np.full(len(grown), 2.0), grown]) / lag)
+            squares.append(_windows(left, lag) ** 2 / lag)
+            status = record.status[1:][:n].reshape(-1, lag)
+            same = (status == status[:, :1]).all(axis=1)
+            statuses.append(np.where(same, status[:, 0], -1))
+    row, square, status = map(np.concatenate, (rows, squares, statuses))
+    growth, jitter = np.zeros((3, 3, 3)), np.zeros((3, 3))
+    for index in range(len(STATUSES)):
+        these = status == index
+        these = these if these.sum() >= _FEWEST else status >= 0
+        for axis in range(3):
+            solution, _ = nnls(row[these], square[these, axis])
+            jitter[index, axis], growth[index, axis] = np.sqrt(solution[0]), solution[1:]
+    return growth, jitter
+
+
+def _first_status(records: Sequence[Record]) -> Array:
+    counts = np.bincount([record.status[0] for record in records], minlength=len(STATUSES))
+    return np.asarray(counts / counts.sum())
+
+
+def _transitions(records: Sequence[Record]) -> Array:
+    """(3, 3) probabilities; a status that was never left goes back to the most frequent one."""
+    counts = np.zeros((len(STATUSES), len(STATUSES)))
+    for record in records:
+        np.add.at(counts, (record.status[:-1], record.status[1:]), 1.0)
+    usual = int(counts.sum(axis=0).argmax())
+    counts[counts.sum(axis=1) == 0, usual] = 1.0
+    return np.asarray(counts / counts.sum(axis=1, keepdims=True))
+
+
+def _confidence(records: Sequence[Record], model: ErrorModel) -> Array:
+    """(2,) the median of told sigmas over modelled ones, of position and heading."""
+    ratios = []
+    for record in records:
+        told = sigmas(record.covariance[_SETTLED:])
+        modelled = modelled_sigmas(model, record.truth, record.status)[_SETTLED:]
+        ratios.append(told / np.maximum(modelled, 1e-12))
+    return np.asarray(np.median(np.concatenate(ratios), axis=0))
