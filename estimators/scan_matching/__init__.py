@@ -1,0 +1,1 @@
+"""Where a lidar scan was taken, found by laying it over scans taken before."""

@@ -1,0 +1,102 @@
+"""One scan laid over others: where it was taken, how well that is known, and how well it fits."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from grouser.estimators.scan_matching.alignment import AlignmentOptions, align
+from grouser.estimators.scan_matching.reference import Reference
+from grouser.estimators.scan_matching.search import SearchOptions, score, search
+from grouser.estimators.scan_matching.surface import Surface
+from grouser.geometry import Array
+from grouser.kernels import announce
+
+
+@dataclass(frozen=True, slots=True)
+class MatchOptions:
+    """How a scan is matched."""
+
+    search: SearchOptions = field(default_factory=SearchOptions)
+    """Around the guess"""
+    alignment: AlignmentOptions = field(default_factory=AlignmentOptions)
+    """From the best pose of the search on"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ScanMatch:
+    """A scan's pose among the scans of a reference."""
+
+    pose: Array
+    """(3,) x, y [m], heading [rad] of the scan in the frame of the reference: the most likely one,
+    given the guess."""
+    covariance: Array
+    """(3, 3) of the pose, as if the poses of the reference were known: that of the guess where the
+    scan tells nothing, as along a corridor."""
+    information: Array
+    """(3, 3) what the scan alone tells, without the guess: zero in directions in which it tells
+    nothing. The inverse of its covariance where that exists. From the Hessian at the solution, the
+    spread of the distances and their correlation from beam to beam."""
+    by_scan: Array
+    """(k, 3, 3) the parts of `information` that come from each scan of the reference."""
+    score: float
+    """Mean over the scan's points of exp(-d^2 / 2 sigma^2), d to the nearest point of the
+    reference, sigma that of the search: 1 where all points lie on the reference, 0 where none
+    does."""
+    inlier_ratio: float
+    """Share of the scan's points that lie by a surface of the reference that faces the same way,
+    within the radius and where Cauchy's weight is at least a half."""
+    eigenvalue_ratio: float
+    """Least over largest eigenvalue of the sum of n n' over the inliers, n the normals, less what
+    noise in them makes of it: 1 where the scan is held alike in all directions, 0 in a corridor (or
+    without inliers)."""
+    sigma: float
+    """Of a distance between a point and its surface, m"""
+
+
+class ScanMatcher:
+    """Correlative search around a guess, then point-to-line alignment."""
+
+    def __init__(self, options: MatchOptions | None = None) -> None:
+        """options: left out, as `MatchOptions` has them."""
+        self._options = options or MatchOptions()
+        announce()
+
+    def match(
+        self,
+        surface: Surface,
+        reference: Reference,
+        guess: Array,
+        guess_covariance: Array | None = None,
+    ) -> ScanMatch:
+        """Find the pose of a scan.
+
+        Args:
+            surface: what the scan shows, in its own frame; see `surface_of`.
+            reference: what it is laid over; see `make_reference`.
+            guess: (3,) where the scan is expected, in the frame of the reference.
+            guess_covariance: (3, 3) of that, positive definite. Left out, the guess is as uncertain
+                as the search is wide.
+        """
+        options = self._options
+        if guess_covariance is None:
+            width = options.search
+            guess_covariance = np.diag([width.position, width.position, width.heading]) ** 2
+        prior = np.asarray(np.linalg.inv(guess_covariance), dtype=np.float64)
+        guess = np.array(guess, dtype=np.float64)
+        start = search(surface.points, reference.field, guess, prior, options.search)
+        aligned = align(surface, reference, start, guess, prior, options.alignment)
+        information = aligned.by_scan.sum(axis=0)
+        information = (information + information.T) / 2
+        covariance = np.linalg.inv(information + prior)
+        n = max(len(surface.points), 1)
+        least, most = np.linalg.eigvalsh(aligned.directions)
+        return ScanMatch(
+            pose=aligned.pose,
+            covariance=(covariance + covariance.T) / 2,
+            information=information,
+            by_scan=aligned.by_scan,
+            score=score(surface.points, reference.field, aligned.pose, options.search.sigma),
+            inlier_ratio=aligned.inliers / n,
+            eigenvalue_ratio=float(max(least, 0.0) / most) if most > 0 else 0.0,
+            sigma=aligned.sigma,
+        )

@@ -1,0 +1,107 @@
+"""Which of many points is nearest, looked up in a grid that exists only around the points."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grouser.geometry import Array
+from grouser.kernels import kernel
+
+_TILE = 16
+"""Cells along a side of a tile."""
+
+
+class NearestField(NamedTuple):
+    """A grid of square cells in tiles; only tiles that a point is near exist."""
+
+    low: Array
+    """(2,) corner of the first tile, m"""
+    cell: float
+    """m"""
+    table: NDArray[np.int32]
+    """(rows, columns) which tile lies there; -1 where there is none"""
+    squared: NDArray[np.float32]
+    """(tiles, _TILE, _TILE) squared distance of a cell's centre to the nearest point, m^2; inf
+    where none is within reach"""
+    nearest: NDArray[np.int32]
+    """(tiles, _TILE, _TILE) which point that is; -1 where there is none"""
+
+
+def nearest_field(points: Array, reach: float, cell: float) -> NearestField:
+    """The field of points (n, 2) [m] that are looked for within `reach` [m]."""
+    if len(points) == 0:
+        points = np.zeros((0, 2))
+        low = high = np.zeros(2)
+    else:
+        low, high = points.min(axis=0) - reach - cell, points.max(axis=0) + reach + cell
+    side = _TILE * cell
+    size = np.floor((high - low) / side).astype(int) + 1
+    table = np.full((size[0], size[1]), -1, dtype=np.int32)
+    tiles = _allot(points, low, side, reach, table)
+    squared = np.full((tiles, _TILE, _TILE), np.inf, dtype=np.float32)
+    nearest = np.full((tiles, _TILE, _TILE), -1, dtype=np.int32)
+    _fill(points, low, cell, reach, table, squared, nearest)
+    return NearestField(low, cell, table, squared, nearest)
+
+
+@kernel
+def _allot(points: Array, low: Array, side: float, reach: float, table: NDArray[np.int32]) -> int:
+    """Number the tiles that a point's reach touches."""
+    tiles = 0
+    for k in range(len(points)):
+        for i in range(
+            int((points[k, 0] - reach - low[0]) / side),
+            int((points[k, 0] + reach - low[0]) / side) + 1,
+        ):
+            for j in range(
+                int((points[k, 1] - reach - low[1]) / side),
+                int((points[k, 1] + reach - low[1]) / side) + 1,
+            ):
+                if table[i, j] < 0:
+                    table[i, j] = tiles
+                    tiles += 1
+    return tiles
+
+
+@kernel
+def _fill(
+    points: Array,
+    low: Array,
+    cell: float,
+    reach: float,
+    table: NDArray[np.int32],
+    squared: NDArray[np.float32],
+    nearest: NDArray[np.int32],
+) -> None:
+    for k in range(len(points)):
+        x, y = (points[k, 0] - low[0]) / cell - 0.5, (points[k, 1] - low[1]) / cell - 0.5
+        r = reach / cell
+        for i in range(int(np.ceil(x - r)), int(np.floor(x + r)) + 1):
+            dx = i - x
+            width = np.sqrt(max(r * r - dx * dx, 0.0))
+            for j in range(int(np.ceil(y - width)), int(np.floor(y + width)) + 1):
+                d2 = np.float32((dx * dx + (j - y) ** 2) * cell * cell)
+                tile = table[i // _TILE, j // _TILE]
+                if d2 < squared[tile, i % _TILE, j % _TILE]:
+                    squared[tile, i % _TILE, j % _TILE] = d2
+                    nearest[tile, i % _TILE, j % _TILE] = k
+
+
+@kernel
+def tile_at(field: NearestField, x: float, y: float) -> tuple[int, int, int]:
+    """The tile that (x, y) lies in, -1 where there is none, and the cell in it."""
+    u, v = (x - field.low[0]) / field.cell, (y - field.low[1]) / field.cell
+    if not (u >= 0.0 and v >= 0.0):
+        return -1, 0, 0
+    i, j = int(u), int(v)
+    if i // _TILE >= field.table.shape[0] or j // _TILE >= field.table.shape[1]:
+        return -1, 0, 0
+    return field.table[i // _TILE, j // _TILE], i % _TILE, j % _TILE
+
+
+@kernel
+def nearest_to(field: NearestField, x: float, y: float) -> int:
+    """The point nearest to the centre of the cell at (x, y); -1 where none is within reach."""
+    tile, i, j = tile_at(field, x, y)
+    return field.nearest[tile, i, j] if tile >= 0 else -1

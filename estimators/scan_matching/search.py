@@ -1,0 +1,134 @@
+"""Correlative search: of all poses around a guess, that from which a scan fits best (Olson,
+"Real-time correlative scan matching", ICRA 2009), in two steps from coarse to fine."""
+
+from dataclasses import dataclass
+from math import radians
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grouser.checks import require_not_negative, require_positive
+from grouser.estimators.scan_matching.nearest_field import NearestField, tile_at
+from grouser.geometry import Array, wrap
+from grouser.kernels import kernel_using
+
+
+@dataclass(frozen=True, slots=True)
+class SearchOptions:
+    """How far around the guess is searched, and how closely (SPEC 2.6)."""
+
+    position: float = 0.4
+    """m to either side, along both axes"""
+    heading: float = radians(14.0)
+    """rad to either side"""
+    coarse_position: float = 0.1
+    """Between the poses tried first, m,"""
+    coarse_heading: float = radians(1.0)
+    """rad;"""
+    fine_position: float = 0.05
+    """and then around the best of them, m,"""
+    fine_heading: float = radians(0.5)
+    """rad."""
+    sigma: float = 0.08
+    """m of distance at which a point counts exp(-1/2)"""
+    points: int = 180
+    """Points of a scan that are used, at most, evenly spread over it"""
+    weight: float = 0.25
+    """Log-likelihood that a point adds where it fits, against the prior's"""
+
+    def __post_init__(self) -> None:
+        require_positive(
+            self, "coarse_position", "coarse_heading", "fine_position", "fine_heading", "sigma"
+        )
+        require_not_negative(self, "position", "heading", "weight")
+        require_positive(self, "points")
+
+
+def search(
+    points: Array, field: NearestField, guess: Array, information: Array, options: SearchOptions
+) -> Array:
+    """The pose (3,), near the guess (3,), that most of the points (n, 2) fit from.
+
+    Args:
+        information: (3, 3) inverse covariance of the guess.
+    """
+    few = points[:: -(-len(points) // options.points)] if len(points) else points
+    fits = _fits(field, options.sigma)
+    best = guess
+    for reach, step in (
+        ((options.position, options.heading), (options.coarse_position, options.coarse_heading)),
+        (
+            (options.coarse_position, options.coarse_heading),
+            (options.fine_position, options.fine_heading),
+        ),
+    ):
+        counts = [int(np.floor(r / s + 1e-9)) for r, s in zip(reach, step, strict=True)]
+        best = _best(
+            few,
+            field,
+            fits,
+            best,
+            guess,
+            information,
+            counts[0],
+            step[0],
+            counts[1],
+            step[1],
+            options.weight,
+        )
+    best[2] = wrap(best[2])
+    return best
+
+
+def score(points: Array, field: NearestField, pose: Array, sigma: float) -> float:
+    """Mean over the points (n, 2), from a pose (3,), of exp(-d^2 / 2 sigma^2), d to the nearest
+    point of the field [m]; 0 without points."""
+    return float(_sum(points, field, _fits(field, sigma), pose)) / max(len(points), 1)
+
+
+def _fits(field: NearestField, sigma: float) -> NDArray[np.float32]:
+    """How well a point fits that lies in each cell."""
+    return np.asarray(np.exp(field.squared * np.float32(-0.5 / sigma**2)))
+
+
+@kernel_using(tile_at)
+def _sum(points: Array, field: NearestField, fits: NDArray[np.float32], pose: Array) -> float:
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    total = 0.0
+    for k in range(len(points)):
+        x = pose[0] + c * points[k, 0] - s * points[k, 1]
+        y = pose[1] + s * points[k, 0] + c * points[k, 1]
+        tile, i, j = tile_at(field, x, y)
+        if tile >= 0:
+            total += fits[tile, i, j]
+    return total
+
+
+@kernel_using(tile_at)
+def _best(
+    points: Array,
+    field: NearestField,
+    fits: NDArray[np.float32],
+    centre: Array,
+    guess: Array,
+    information: Array,
+    n: int,
+    step: float,
+    n_turns: int,
+    turn: float,
+    weight: float,
+) -> Array:
+    best, highest = centre.copy(), -np.inf
+    pose = np.empty(3)
+    for k in range(-n_turns, n_turns + 1):
+        pose[2] = centre[2] + k * turn
+        for i in range(-n, n + 1):
+            pose[0] = centre[0] + i * step
+            for j in range(-n, n + 1):
+                pose[1] = centre[1] + j * step
+                off = pose - guess
+                value = weight * _sum(points, field, fits, pose) - 0.5 * off @ information @ off
+                if value > highest:
+                    highest = value
+                    best[:] = pose
+    return best
