@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from grouser.agents.free_graph import WayField
+from grouser.agents.free_graph import Ways, grid_graph
 from grouser.envs.simulation.world import World
 from grouser.envs.simulation.worlds.reachability import free_space
 from grouser.geometry import Array, compose
@@ -62,18 +62,20 @@ class GoalScore:
     def __init__(self, world: World, goals: Array) -> None:
         self._start, self._goals = world.start, goals
         space = free_space(world)
-        self._fields = [WayField(space, self._in_world(goal)) for goal in goals]
-        stations = [world.start[:2], *map(self._in_world, goals)]
-        self._legs = [
-            field.length(station) for field, station in zip(self._fields, stations, strict=False)
-        ]
+        graph = grid_graph(space)
+        self._ways = [Ways(space, graph, self._in_world(goal)) for goal in goals]
+        stations = [world.start[:2], *map(self._in_world, goals[:-1])]
+        legs = list(zip(self._ways, stations, strict=True))
+        self._legs = [ways.length(station) for ways, station in legs]
         self._position = np.zeros(2)
         self.distance = math.dist(self._position, goals[0])
         """The straight line to the goal that the robot drove to in the last step, m."""
         self._on_leg = self._legs[0]
         self._reached = 0
         self.path_length = 0.0
-        self.shortest_path = sum(self._legs)
+        self.shortest_path = sum(ways.taut_length(station) for ways, station in legs)
+        """Through all goals, m; `remaining_path` is by the grid's eight directions and exceeds it
+        by up to 8 % at first."""
 
     @property
     def goal(self) -> Array:
@@ -91,7 +93,7 @@ class GoalScore:
         self.path_length += math.dist(self._position, position)
         self._position = position.copy()
         self.distance = math.dist(position, self.goal)
-        there = self._fields[self._reached].length(self._in_world(position))
+        there = self._ways[self._reached].length(self._in_world(position))
         # A place too narrow for the circle around the robot has no way: the last length stands.
         self._on_leg = there if math.isfinite(there) else before
         return before - self._on_leg
@@ -114,7 +116,7 @@ class GoalScore:
             "believed_distance_to_goal": believed_distance,
             "path_length": self.path_length,
             "shortest_path": self.shortest_path,
-            "remaining_path": self.remaining_path,
+            "progress": 1 - self.remaining_path / sum(self._legs),
         }
 
     @property
@@ -127,7 +129,7 @@ class GoalScore:
         self._reached += 1
         if self._is_done:
             return SUCCESS
-        self._on_leg = self._fields[self._reached].length(self._in_world(self._position))
+        self._on_leg = self._ways[self._reached].length(self._in_world(self._position))
         return REACHED
 
     def _in_world(self, place: Array) -> Array:

@@ -54,7 +54,7 @@ class GoalNavEnv(gym.Env[dict[str, Any], NDArray[np.float32]]):
     newest estimate, and: `outcome` ("running", "reached", "success", "missed", "collision",
     "timeout"), `is_success`, `goals_reached`, and in m `distance_to_goal` and
     `believed_distance_to_goal` (straight, to the goal that the robot drove to in this step),
-    `path_length`, `shortest_path` and `remaining_path` (through all goals that are left).
+    `path_length` and `shortest_path`; `progress` is the share of the shortest way that was gained.
 
     Args:
         estimator: a registered name; see `grouser.estimators.names()`.

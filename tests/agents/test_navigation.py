@@ -69,7 +69,7 @@ def first_success(env: GoalNavEnv, seeds: int = 20) -> dict[str, Any]:
 def test_a_drive_straight_to_a_goal_succeeds_and_scores() -> None:
     info = first_success(nav(estimator="ground-truth"))
     assert info["outcome"] == "success" and info["goals_reached"] == 1
-    assert info["distance_to_goal"] <= 0.15 and info["remaining_path"] < 0.35
+    assert info["distance_to_goal"] <= 0.15 and info["progress"] > 0.9
     assert info["believed_distance_to_goal"] == pytest.approx(info["distance_to_goal"])
     assert 0.9 * info["shortest_path"] - 0.2 < info["path_length"] < 1.3 * info["shortest_path"]
 
@@ -148,7 +148,7 @@ def test_after_a_goal_the_next_is_shown_and_time_goes_on() -> None:
     assert info["distance_to_goal"] < 0.16 and not np.array_equal(env.goal, first)
     believed = math.dist(env.believed.pose[:2], env.goal)
     assert shown["goal"][0] == pytest.approx(believed / 10, rel=1e-5)
-    assert info["remaining_path"] > 1
+    assert 0 < info["progress"] < 0.9
 
 
 def test_goals_are_the_worlds_and_the_seeds() -> None:
