@@ -24,7 +24,7 @@ from grouser.envs.plane.vehicles import (
 )
 from grouser.envs.plane.world import PlaneWorld, make_plane_world
 from grouser.envs.sensors.delivery import LONGEST_STAMP
-from grouser.envs.sensors.line_observer import make_line_observer
+from grouser.envs.sensors.line_observer import LineObserver, make_line_observer
 from grouser.envs.tracked_robot_arguments import checked_action, known_mode
 from grouser.envs.tracked_robot_state import SavedGenerator
 from grouser.geometry import between, lift
@@ -87,7 +87,7 @@ class LineWorldEnv(gym.Env[Observation, Action]):
         range_max: how far the sensors see, m.
         n_beams: beams of the scan, all around.
         observe_every: steps from one look of the sensors to the next.
-        observer: what finds the visible parts, of OBSERVERS.
+        observer: what finds the visible parts: of OBSERVERS, or one that was made.
         rig: other values of the calibration by dotted name, such as {"steering.wheelbase": 2.0}.
         max_steps: steps of an episode; no end when None.
         render_mode: None, or "rgb_array": the plane from above.
@@ -112,7 +112,7 @@ class LineWorldEnv(gym.Env[Observation, Action]):
         range_max: float = 30.0,
         n_beams: int = 360,
         observe_every: int = 8,
-        observer: str = "closed-form",
+        observer: str | LineObserver = "closed-form",
         rig: Mapping[str, Any] | None = None,
         max_steps: int | None = None,
         render_mode: str | None = None,
@@ -139,7 +139,7 @@ class LineWorldEnv(gym.Env[Observation, Action]):
         self._sight = Sight(
             self.rig,
             self.sensors,
-            observer=make_line_observer(observer),
+            observer=make_line_observer(observer) if isinstance(observer, str) else observer,
             every=_whole("observe_every", observe_every),
         )
         self.observation_space: spaces.Dict = self._space()

@@ -46,6 +46,8 @@ inlined = _compiled(inline="always")
 def kernel_using(*kernels: Any) -> Decorator:
     """Decorator of a kernel that calls these kernels of other files: compiled anew when one of
     their files (or of the files that those call) has changed since."""
+    if numba.config.DISABLE_JIT:
+        return kernel  # nothing is compiled, so nothing can be stale
     sources = frozenset().union(*(_sources(called) for called in kernels))
 
     def decorate(function: Callable[..., Any]) -> Any:

@@ -24,17 +24,21 @@ class Reproduce:
 
     grouser reproduce zhao --quick
 
+    grouser reproduce yan --output results/yan
+
     grouser reproduce zhao --output results/zhao --resume
 
     grouser reproduce zhao --estimators one-point-ransac dead-reckoning --output results/two
     """
 
-    paper: tyro.conf.Positional[Literal["zhao"]]
-    """Which paper: zhao, one-point RANSAC visual odometry for a crawler robot."""
+    paper: tyro.conf.Positional[Literal["zhao", "yan"]]
+    """Which paper: zhao, one-point RANSAC visual odometry for a crawler robot (more than an hour);
+    yan, EKF SLAM with lines that are seen by bisection (ten minutes)."""
     quick: bool = False
     """Little of everything, to see that it works; the numbers then mean little."""
     estimators: Annotated[tuple[str, ...], _arg("NAME ...")] = ()
-    """Estimators that take part; by default all that are registered and read no lidar."""
+    """Of zhao: estimators that take part; by default all that are registered and read neither
+    lidar nor lines."""
     jobs: Annotated[int, _arg("N")] = 2
     """Processes at once, 2 by default; what measures time runs before, alone."""
     output: Annotated[Path | None, _arg("DIR")] = None

@@ -12,10 +12,13 @@ from grouser.scripts.reproduce import Reproduce
 from grouser.scripts.reproduction.execution import execute
 from grouser.scripts.reproduction.experiment import Experiment
 from grouser.scripts.reproduction.html import render
+from grouser.scripts.reproduction.paper import Paper
 from grouser.scripts.reproduction.store import ExperimentStore
+from grouser.scripts.reproduction.yan import scale as yan_scale
+from grouser.scripts.reproduction.yan.reproduction import Yan
+from grouser.scripts.reproduction.zhao import scale as zhao_scale
 from grouser.scripts.reproduction.zhao.contenders import contenders
 from grouser.scripts.reproduction.zhao.reproduction import Zhao
-from grouser.scripts.reproduction.zhao.scale import FULL, QUICK
 from grouser.scripts.terminal import progress
 from grouser.scripts.usage import UsageError, usage_errors
 
@@ -24,7 +27,7 @@ from grouser.scripts.usage import UsageError, usage_errors
 class _Plan:
     """A reproduction that was found to be possible."""
 
-    paper: Zhao
+    paper: Paper
     store: ExperimentStore
     jobs: int
 
@@ -52,15 +55,27 @@ def _prepare(options: Reproduce) -> _Plan:
     if options.resume and options.output is None:
         raise UsageError("--resume needs --output: the folder to go on with")
     require_matplotlib(otherwise="; a page without figures is none")
-    names = contenders(options.estimators)
+    paper = _paper(options)
     settings = {
         "grouser": __version__,
         "paper": options.paper,
         "quick": options.quick,
-        "estimators": names,
+        **paper.settings,
     }
     store = ExperimentStore(_output(options), settings, resume=options.resume)
-    return _Plan(Zhao(names, QUICK if options.quick else FULL), store, options.jobs)
+    return _Plan(paper, store, options.jobs)
+
+
+def _paper(options: Reproduce) -> Paper:
+    if options.paper == "zhao":
+        scale = zhao_scale.QUICK if options.quick else zhao_scale.FULL
+        return Zhao(contenders(options.estimators), scale)
+    if options.estimators:
+        raise UsageError(
+            "--estimators is of zhao, whose page compares estimators; the page of yan is about "
+            "one filter and its forms: leave --estimators out"
+        )
+    return Yan(yan_scale.QUICK if options.quick else yan_scale.FULL)
 
 
 def _output(options: Reproduce) -> Path:

@@ -76,9 +76,10 @@ class _Writer:
 
     def _table(self, table: Table) -> str:
         classes = ["paper" if k in table.paper_columns else "" for k in range(len(table.columns))]
+        words = ["", *("words" if _is_prose(table, k) else "" for k in range(1, len(classes)))]
         head = "".join(
-            f'<th scope="col" class="{kind}">{html.escape(heading)}</th>'
-            for heading, kind in zip(table.columns, classes, strict=True)
+            f'<th scope="col" class="{kind} {of}">{html.escape(heading)}</th>'
+            for heading, kind, of in zip(table.columns, classes, words, strict=True)
         )
         rows = "".join(self._row(row, classes) for row in table.rows)
         caption = self._prose(Paragraph(table.caption))
@@ -142,6 +143,10 @@ class _Writer:
 _KINDS: dict[type, str] = {str: "words", Number: "", tuple: "", Verdict: "verdict"}
 
 
+def _is_prose(table: Table, column: int) -> bool:
+    return all(isinstance(row.cells[column - 1], str) for row in table.rows)
+
+
 def _anchor(title: str) -> str:
     return re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-")
 
@@ -182,12 +187,12 @@ nav ol { columns: 2; padding-left: 1.4rem; margin: 1.2rem 0; font-size: .95rem; 
 table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
 caption { text-align: left; color: var(--soft); padding: 0 0 .5rem; }
 th, td { padding: .32rem .7rem; text-align: right; border-bottom: 1px solid var(--line);
-  white-space: nowrap; }
-th { font-weight: 600; vertical-align: bottom; }
-thead th { border-bottom: 2px solid var(--ink); white-space: normal; min-width: 4.5rem; }
-th[scope=row], thead th:first-child { text-align: left; white-space: normal;
-  min-width: 11rem; }
-td.words { text-align: left; white-space: normal; }
+  vertical-align: baseline; }
+data, .holds, .fails { white-space: nowrap; }
+th { font-weight: 600; }
+thead th { border-bottom: 2px solid var(--ink); vertical-align: bottom; }
+th[scope=row], thead th:first-child { text-align: left; min-width: 7rem; }
+td.words, th.words { text-align: left; }
 .paper { background: var(--paper); }
 tr.stressed { font-weight: 600; }
 td.verdict { text-align: center; }

@@ -93,4 +93,4 @@ class Page:
 
 def plus_minus(mean: Number, deviation: Number) -> tuple[str | Number, ...]:
     """The cell of a mean and its standard deviation."""
-    return (mean, " \N{PLUS-MINUS SIGN} ", deviation)
+    return (mean, "\N{NO-BREAK SPACE}\N{PLUS-MINUS SIGN}\N{NO-BREAK SPACE}", deviation)

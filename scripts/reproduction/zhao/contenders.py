@@ -12,6 +12,8 @@ PAPER_FORM = "one-point-paper"
 
 _NOT_OF_THIS_PAPER = frozenset({"lidar"})
 """Sensors of other methods: the paper's robot has a pair of eyes and tracks."""
+_LINES = "lines"
+"""An estimator that reads these sees by them, or by the lidar in their place: by neither, none."""
 
 
 def contenders(asked: Sequence[str] = ()) -> tuple[str, ...]:
@@ -25,7 +27,8 @@ def contenders(asked: Sequence[str] = ()) -> tuple[str, ...]:
         rivals = [name for name in registry.names() if name not in registry.TRUTH_READERS]
         return _ordered([name for name in rivals if _is_rival(name)])
     for name in asked:
-        lacking = sorted(registry.estimator_class(name).requires - _given())
+        kind = registry.estimator_class(name)
+        lacking = sorted((kind.requires | (kind.optional & {_LINES})) - _given())
         if lacking:
             raise ValueError(
                 f"estimator {name!r} needs {', '.join(lacking)}, which the robot of this paper "
@@ -57,7 +60,8 @@ def _ordered(names: list[str]) -> tuple[str, ...]:
 
 
 def _is_rival(name: str) -> bool:
-    return registry.estimator_class(name).requires <= _given()
+    kind = registry.estimator_class(name)
+    return kind.requires <= _given() and _LINES not in kind.optional
 
 
 def _given() -> frozenset[str]:

@@ -1,11 +1,14 @@
 """The whole of it: which experiments there are, what their figures are, and how the page goes."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from grouser import __version__
 from grouser.scripts.reproduction.experiment import Experiment, Outcomes
 from grouser.scripts.reproduction.figures import Figures
 from grouser.scripts.reproduction.page import Element, Page, Paragraph, Section
+from grouser.scripts.reproduction.paper import Paper
 from grouser.scripts.reproduction.zhao.contenders import RECOMMENDED
 from grouser.scripts.reproduction.zhao.course_experiment import CourseExperiment, subjects
 from grouser.scripts.reproduction.zhao.courses import (
@@ -66,11 +69,16 @@ _COURSES = (linear_indoors, linear_outdoors, spot_turns, free_indoors, free_outd
 
 
 @dataclass(frozen=True, slots=True)
-class Zhao:
+class Zhao(Paper):
     """Paper 1's section IV with these estimators at this scale."""
 
     names: tuple[str, ...]
     scale: Scale
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """Which estimators take part."""
+        return {"estimators": self.names}
 
     def experiments(self) -> list[Experiment]:
         """All of them, those that measure time among them first."""

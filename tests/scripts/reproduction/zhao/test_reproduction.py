@@ -82,6 +82,7 @@ def test_results_are_not_mixed(folder: Path, capsys: pytest.CaptureFixture[str])
         (["--jobs", "0"], "--jobs must be at least 1, got 0"),
         (["--resume"], "--resume needs --output: the folder to go on with"),
         (["--estimators", "one-pont-ransac"], "no estimator is named 'one-pont-ransac'; did you"),
+        (["--estimators", "ekf-line-slam"], "'ekf-line-slam' needs lines, which the robot"),
         (["--estimators", "dead-reckoning"], "'one-point-ransac', is not among --estimators dead"),
         (["--estimators", "ground-truth"], "'ground-truth' needs true_pose, true_pose_3d, which"),
     ],
@@ -122,3 +123,4 @@ def test_all_registered_rivals_take_part_and_the_papers_method_is_first() -> Non
     names = contenders()
     assert names[0] == "one-point-ransac" and "ground-truth" not in names
     assert {"five-point-ransac", "dead-reckoning"} <= set(names)
+    assert "ekf-line-slam" not in names, "this paper's robot shows no lines"

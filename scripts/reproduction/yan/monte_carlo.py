@@ -1,0 +1,134 @@
+"""Many drives through the same course, with noise of their own, watched by every form."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from grouser.envs.plane.world import make_plane_world
+from grouser.estimators.base import PoseEstimator
+from grouser.estimators.evaluation.comparison import Run
+from grouser.estimators.evaluation.consistency import nees
+from grouser.estimators.line_slam.map import LineMapper
+from grouser.geometry import Array, between, compose, wrap
+from grouser.scripts.reproduction.experiment import Experiment, OnPart, Outcome
+from grouser.scripts.reproduction.yan.drives import line_world, rig_of, watch
+from grouser.scripts.reproduction.yan.forms import Form, make_form
+from grouser.scripts.reproduction.yan.honesty import plane_nees
+from grouser.scripts.reproduction.yan.maps import MapErrors, map_errors
+from grouser.scripts.reproduction.yan.paper import OBSERVING_EVERY
+
+_STARTS = 1
+"""Sets the draws of the start apart from those of the drive."""
+
+
+@dataclass(frozen=True, slots=True)
+class MonteCarlo(Experiment):
+    """Forms that look on, in one world; how well the heading of the start is known."""
+
+    label: str
+    world: str
+    forms: Mapping[str, Form]
+    runs: int
+    start_sigma: float = 0.0
+    """rad: the filters are told it, and the start is turned by so much at random."""
+
+    @property
+    def name(self) -> str:
+        return self.label
+
+    @property
+    def parts(self) -> int:
+        return self.runs
+
+    @property
+    def measures_time(self) -> bool:
+        return False
+
+    def run(self, on_part: OnPart) -> Outcome:
+        """`FORM.FIGURE` (runs, looks) or (runs,), as `_over_time` and `_in_all` have them."""
+        kept: dict[str, list[Array | float]] = {}
+        for seed in range(self.runs):
+            for name, values in self._drive(seed).items():
+                for figure, value in values.items():
+                    kept.setdefault(f"{name}.{figure}", []).append(value)
+            on_part()
+        return {name: np.array(values) for name, values in kept.items()}
+
+    def _drive(self, seed: int) -> dict[str, dict[str, Array | float]]:
+        """What every form made of one drive."""
+        turn = self.start_sigma * np.random.default_rng([seed, _STARTS]).standard_normal()
+        start = np.array([0.0, 0.0, turn])
+        values: dict[str, dict[str, Array | float]] = {}
+        for name, (run, estimator) in self._watched(seed).items():
+            assert run.true_poses is not None
+            truth = compose(start, run.true_poses)
+            values[name] = _over_time(run, truth) | _in_all(run, truth)
+            if isinstance(estimator, LineMapper):
+                values[name] |= _of_map(self._map_errors(estimator, start))
+        return values
+
+    def _watched(self, seed: int) -> dict[str, tuple[Run, PoseEstimator]]:
+        """Each with the estimator as it was left. One environment for each kind of sight: noise
+        of the steering is the same in all."""
+        known = {"start_sigma": (0.0, 0.0, self.start_sigma)} if self.start_sigma else {}
+        watched: dict[str, tuple[Run, PoseEstimator]] = {}
+        for sees in dict.fromkeys(form.sees for form in self.forms.values()):
+            sensors = ("steering",) if sees is None else ("steering", sees)
+            env = line_world(self.world, sensors=sensors)
+            estimators = {
+                name: make_form(form, rig_of(env), **known)
+                for name, form in self.forms.items()
+                if form.sees == sees
+            }
+            for run in watch(env, self.world, estimators, seed):
+                watched[run.estimator] = run, estimators[run.estimator]
+        return watched
+
+    def _map_errors(self, mapper: LineMapper, start: Array) -> MapErrors:
+        """The map's frame is the start as the filter believes it, turned from the true one."""
+        world = make_plane_world(self.world)
+        ends = world.segments_from_start.reshape(-1, 2)
+        turned = compose(start, np.column_stack([ends, np.zeros(len(ends))]))[:, :2]
+        in_world = compose(world.start, between(start, np.zeros(3)))
+        return map_errors(mapper.map, turned.reshape(-1, 4), in_world)
+
+
+def _over_time(run: Run, truth: Array) -> dict[str, Array | float]:
+    """(looks,) each: after every look of the sensor but that of the start."""
+    looks = slice(OBSERVING_EVERY, None, OBSERVING_EVERY)
+    estimates = run.estimates[looks]
+    poses = np.array([e.pose for e in estimates])
+    P = np.array([e.covariance for e in estimates])
+    told = [e.diagnostics for e in estimates]
+    matched = np.array([t.get("lines_matched", t.get("points_matched", 0.0)) for t in told])
+    return {
+        "stamps": run.stamps[looks],
+        "nees": nees(truth[looks], poses, P),
+        "plane_nees": plane_nees(truth[looks], poses, P),
+        "matched": matched,
+        "nis_sum": matched * np.nan_to_num([t.get("nis", np.nan) for t in told]),
+        "heading_sigma": np.sqrt(P[:, 2, 2]),
+    }
+
+
+def _in_all(run: Run, truth: Array) -> dict[str, Array | float]:
+    """One number each; errors at all steps but the first, m and rad."""
+    poses = np.array([e.pose for e in run.estimates])[1:]
+    error = poses - truth[1:]
+    place, heading = np.linalg.norm(error[:, :2], axis=1), wrap(error[:, 2])
+    told = run.estimates[-1].diagnostics
+    return {
+        "rms": float(np.sqrt(np.mean(place**2))),
+        "heading_rms": float(np.sqrt(np.mean(heading**2))),
+        "final": float(place[-1]),
+        "landmarks": told.get("lines_in_map", told.get("points_in_map", np.nan)),
+    }
+
+
+def _of_map(errors: MapErrors) -> dict[str, Array | float]:
+    return {
+        "line_r": errors.r,
+        "line_alpha": errors.alpha,
+        "third_end": errors.third_end,
+    }
