@@ -106,15 +106,16 @@ class CoupledOdometry:
     ) -> tuple[JointFused, bool]:
         """The estimate with the source's motion, and whether there was one."""
         if self._source is None or not self._source.update(observation):
-            self._seen, self._stood = Expectation(np.zeros(3), np.zeros((3, 3))), 0
-            fused = joint.coast()
-            joint.commit(fused)  # there is no motion that a later one would have to replace
-            return fused, False
+            return self._without_source(joint), False
         pose, covariance = self._source.relative()
         if self._stands(pose, covariance, increment):
             joint.predict(doubt(increment, self._stood))
             return joint.coast(), False
-        fused = joint.fuse(RelativePose(pose, covariance, by_disparity=np.zeros(3)))
+        seen = RelativePose(pose, covariance, by_disparity=np.zeros(3))
+        if joint.disbelieves(seen):
+            self._source.anchor()
+            return self._without_source(joint), False
+        fused = joint.fuse(seen)
         moved = fused.state.relative
         far = np.hypot(moved[0], moved[1]) > self._options.anchor_distance
         if far or abs(moved[2]) > self._options.anchor_turn:
@@ -122,6 +123,12 @@ class CoupledOdometry:
             self._source.anchor()
             self._seen = Expectation(np.zeros(3), np.zeros((3, 3)))
         return fused, True
+
+    def _without_source(self, joint: JointFilter) -> JointFused:
+        self._seen, self._stood = Expectation(np.zeros(3), np.zeros((3, 3))), 0
+        fused = joint.coast()
+        joint.commit(fused)  # there is no motion that a later one would have to replace
+        return fused
 
     def _stands(self, pose: Array, covariance: Array, increment: Increment) -> bool:
         """Whether the source saw no motion since the last frame where the tracks measured one."""

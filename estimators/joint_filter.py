@@ -12,7 +12,7 @@ import numpy as np
 
 from grouser.estimators.base import Observation
 from grouser.estimators.gyro import Gyro
-from grouser.estimators.joint_state import JointState
+from grouser.estimators.joint_state import JointState, Measurement
 from grouser.estimators.position_fixes import PositionFixes
 from grouser.estimators.visual.constant_errors import (
     NO_ERRORS,
@@ -26,8 +26,10 @@ from grouser.geometry import Array
 TURN_GATE, POSITION_GATE = 10.83, 13.82
 """chi-square of 1 and 2 degrees of freedom at 99.9 %"""
 _SLIP_INFLATION = 100.0
+_IMPOSSIBLE = 25.0
+"""Squared sigmas between vision's turn and the gyroscope's, 5 of them, beyond which one is wrong"""
 _BELIEVED_AT_LAST = 3
-"""Fixes in a row beyond the gate"""
+"""Fixes or turns in a row beyond the gate"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,7 +90,7 @@ class JointFilter:
     def reset(self, observation: Observation) -> None:
         """Start at pose zero with the first observation."""
         self.state = JointState.at_start(self._every.sigmas)
-        self._rejected = 0
+        self._rejected, self._disbelieved, self._turned = 0, 0, False
         if self._gyro:
             self._gyro.reset(observation)
         if self._fixes:
@@ -119,18 +121,30 @@ class JointFilter:
                 of them in a row say that the prediction is wrong: tracks may spin at a wall.
         """
         turn_nis = self._hear_turn(self._gyro, observation) if self._gyro else np.nan
+        self._turned = not np.isnan(turn_nis)
         fix_nis = self._hear_fix(self._fixes, observation, blind) if self._fixes else np.nan
         return Heard(turn_nis, fix_nis)
 
+    def disbelieves(self, seen: RelativePose) -> bool:
+        """Whether vision turned as the gyroscope did not. Then it matched what does not belong
+        together; but the third in a row is believed, as gyroscopes may fail, too."""
+        turn = self._sees(seen).row(2)
+        against = self._turned and self.state.nis(turn) > _IMPOSSIBLE
+        self._disbelieved = self._disbelieved + 1 if against else 0
+        return against and self._disbelieved < _BELIEVED_AT_LAST
+
     def fuse(self, seen: RelativePose) -> JointFused:
         """With the pose as seen from the keyframe; beyond the gate the prediction slipped."""
-        by_biases = np.zeros((3, len(self._every)))
-        by_biases[:, -1] = seen.by_disparity
-        measurement = self.state.sees_relative(seen.pose, seen.covariance, by_biases)
+        measurement = self._sees(seen)
         nis = self.state.nis(measurement)
         slipped = nis > SLIP_GATE
         state = self.state.doubted(_SLIP_INFLATION) if slipped else self.state
         return JointFused(state.corrected(measurement), nis, slipped)
+
+    def _sees(self, seen: RelativePose) -> Measurement:
+        by_biases = np.zeros((3, len(self._every)))
+        by_biases[:, -1] = seen.by_disparity
+        return self.state.sees_relative(seen.pose, seen.covariance, by_biases)
 
     def coast(self, inflation: float = 1.0) -> JointFused:
         """Without one; the increments since the keyframe are trusted less by an inflation."""

@@ -31,6 +31,11 @@ class Measurement(NamedTuple):
     covariance: Array
     """(m, m) of the sensor's own noise"""
 
+    def row(self, index: int) -> "Measurement":
+        """One of its m numbers alone."""
+        at = slice(index, index + 1)
+        return Measurement(self.innovation[at], self.by_state[at], self.covariance[at, at])
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointState:

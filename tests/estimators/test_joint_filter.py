@@ -6,6 +6,7 @@ from grouser.estimators.gyro import Gyro, GyroOptions
 from grouser.estimators.joint_filter import POSITION_GATE, JointFilter
 from grouser.estimators.position_fixes import PositionFixes
 from grouser.estimators.visual.constant_errors import NO_ERRORS
+from grouser.estimators.visual.fusion import RelativePose
 from grouser.estimators.visual.prediction import Increment
 from grouser.geometry import Array
 from grouser.rig import Gps, Imu
@@ -37,6 +38,29 @@ def test_the_gyroscope_bounds_the_turn_and_what_it_disagrees_with_slipped() -> N
     heard = joint.hear(shown(2, rate=0.5), blind=True)
     assert heard.slipped
     assert abs(joint.state.pose[2] - 0.05) < 1e-3
+
+
+def test_a_turn_that_the_gyroscope_did_not_feel_is_believed_the_third_time() -> None:
+    joint = started()
+    turned = RelativePose(np.array([0.05, 0.0, 0.3]), np.diag([1e-3] * 3) ** 2, np.zeros(3))
+    ahead = RelativePose(np.array([0.05, 0.0, 0.0]), turned.covariance, np.zeros(3))
+    believed = []
+    for step, seen in enumerate([turned, turned, ahead, turned, turned, turned], start=1):
+        joint.predict(FORWARD)
+        joint.hear(shown(step), blind=True)
+        believed.append(not joint.disbelieves(seen))
+        joint.commit(joint.coast())
+    assert believed == [False, False, True, False, False, True]
+
+
+def test_without_a_turn_that_was_felt_nothing_is_disbelieved() -> None:
+    """The tracks alone may slip: vision wins."""
+    turned = RelativePose(np.array([0.05, 0.0, 0.3]), np.diag([1e-3] * 3) ** 2, np.zeros(3))
+    joint = JointFilter(NO_ERRORS, gyro=None, fixes=None)
+    joint.reset(shown(0))
+    joint.predict(FORWARD)
+    joint.hear(shown(1), blind=True)
+    assert not joint.disbelieves(turned) and joint.fuse(turned).slipped
 
 
 def test_a_fix_beyond_the_gate_changes_nothing_while_vision_tracks() -> None:
