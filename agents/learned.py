@@ -1,7 +1,9 @@
 """Learned drivers: a policy of Stable-Baselines3 in one file, with the task that it was made for.
 
 The file is the zip that Stable-Baselines3 writes, with a member `grouser.json` besides: the name of
-the algorithm, and the keyword arguments of GoalNav that shape what the policy sees and does.
+the algorithm, and the keyword arguments of GoalNav that shape what the policy sees and does. Where
+the policy is a plain network, a member `layers.npz` holds its matrices, and it drives by them:
+neither Stable-Baselines3 nor PyTorch is needed then, nor need the rest be there.
 """
 
 import importlib
@@ -15,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grouser.agents.driver import Action, Driver
+from grouser.agents.learning.mlp import MlpPolicy, plain_policy
 from grouser.checks import did_you_mean
 from grouser.envs.simulation.world import World
 from grouser.estimators.base import PoseEstimate
@@ -31,7 +34,7 @@ ALGORITHMS: Final[Mapping[str, str]] = {
 TASK_OPTIONS: Final = ("policy_sensors", "beams", "normalize", "covariance", "stop")
 """Arguments of GoalNav without which a policy could not read its observations."""
 
-_MEMBER = "grouser.json"
+_MEMBER, _LAYERS = "grouser.json", "layers.npz"
 
 
 class LearnedDriver(Driver):
@@ -48,11 +51,12 @@ class LearnedDriver(Driver):
         Raises:
             FileNotFoundError: there is none.
             ValueError: it is no such file.
-            ImportError: Stable-Baselines3, or what it needs, is not installed.
+            ImportError: the policy needs Stable-Baselines3, and that is not installed.
         """
-        told = _read_member(Path(path))
+        told, self._plain = _read_members(Path(path))
         self.task: Mapping[str, Any] = told["task"]
-        self._model = algorithm_class(told["algorithm"]).load(path, device="cpu")
+        if self._plain is None:
+            self._model = algorithm_class(told["algorithm"]).load(path, device="cpu")
 
     def reset(self, rig: Rig, world: World) -> None:
         """A new episode: a recurrent policy forgets the last one."""
@@ -63,6 +67,8 @@ class LearnedDriver(Driver):
         self, observation: Mapping[str, NDArray[Any]], believed: PoseEstimate, goal: Array
     ) -> Action:
         """The policy's most likely action, or its mean."""
+        if self._plain is not None:
+            return self._plain(observation)
         action, self._memory = self._model.predict(
             observation, state=self._memory, episode_start=self._is_first, deterministic=True
         )
@@ -91,6 +97,28 @@ def save_policy(model: Any, path: str | Path, *, algorithm: str, task: Mapping[s
         model.save(file)
     with zipfile.ZipFile(path, "a") as archive:
         archive.writestr(_MEMBER, json.dumps({"algorithm": algorithm, "task": dict(task)}))
+        plain = plain_policy(model, algorithm)
+        if plain is not None:
+            archive.writestr(_LAYERS, plain.to_bytes())
+
+
+def save_plain(policy: str | Path, path: str | Path) -> None:
+    """Write what a policy's file needs to drive without Stable-Baselines3, and no more.
+
+    Args:
+        policy: a file that `save_policy` wrote.
+        path: the new file; what is there is replaced.
+
+    Raises:
+        FileNotFoundError: there is no policy.
+        ValueError: it is no plain network.
+    """
+    told, plain = _read_members(Path(policy))
+    if plain is None:
+        raise ValueError(f"{policy} is no plain network: it cannot do without Stable-Baselines3")
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(_MEMBER, json.dumps(told))
+        archive.writestr(_LAYERS, plain.to_bytes())
 
 
 def algorithm_spec(name: str) -> str:
@@ -119,15 +147,17 @@ def algorithm_class(name: str) -> Any:
         raise ImportError(f"{name} needs {module} ({error}): pip install 'grouser[rl]'") from error
 
 
-def _read_member(path: Path) -> dict[str, Any]:
+def _read_members(path: Path) -> tuple[dict[str, Any], MlpPolicy | None]:
     if not path.is_file():
         raise FileNotFoundError(f"there is no policy at {path}")
     try:
         with zipfile.ZipFile(path) as archive:
             told: dict[str, Any] = json.loads(archive.read(_MEMBER))
+            has_layers = _LAYERS in archive.namelist()
+            plain = MlpPolicy.from_bytes(archive.read(_LAYERS)) if has_layers else None
     except (zipfile.BadZipFile, KeyError) as error:
         raise ValueError(
             f"{path} is no policy of Grouser's ({error}); `grouser train` and "
             "`grouser.agents.learned.save_policy` write one"
         ) from error
-    return told
+    return told, plain

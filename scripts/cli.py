@@ -16,6 +16,7 @@ from grouser.scripts.map import Map
 from grouser.scripts.montecarlo import MonteCarlo
 from grouser.scripts.reproduce import Reproduce
 from grouser.scripts.skid_steer import SkidSteer
+from grouser.scripts.train import Train
 from grouser.scripts.usage import UsageError
 from grouser.scripts.worlds import Worlds
 
@@ -30,6 +31,7 @@ COMMANDS: dict[str, Callable[..., _Command]] = {
     "compare": Compare,
     "calibrate": Calibrate,
     "fit-emulator": FitEmulator,
+    "train": Train,
     "map": Map,
     "worlds": Worlds,
     "montecarlo": MonteCarlo,
