@@ -11,6 +11,7 @@ from grouser import __version__
 from grouser.scripts.abuse import Abuse
 from grouser.scripts.calibrate import Calibrate
 from grouser.scripts.compare import Compare
+from grouser.scripts.evaluate import Evaluate
 from grouser.scripts.fit_emulator import FitEmulator
 from grouser.scripts.map import Map
 from grouser.scripts.montecarlo import MonteCarlo
@@ -30,6 +31,7 @@ COMMANDS: dict[str, Callable[..., _Command]] = {
     "abuse": Abuse,
     "compare": Compare,
     "calibrate": Calibrate,
+    "evaluate": Evaluate,
     "fit-emulator": FitEmulator,
     "train": Train,
     "map": Map,

@@ -1,0 +1,178 @@
+"""Scores of drivers under estimators, with intervals, over the same episodes for all of them.
+
+SPL: Anderson et al., On evaluation of embodied navigation agents, 2018. SoftSPL: Datta et al.,
+Integrating egocentric localization for more realistic point-goal navigation agents, 2020.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Final
+
+import numpy as np
+from scipy import stats
+
+from grouser.agents.episode import Episode
+from grouser.agents.goal_score import MISSED, TIMEOUT
+from grouser.geometry import Array
+
+BASELINE: Final = "ground-truth"
+"""The estimator whose SPL the others are measured against."""
+
+_RESAMPLES = 10_000
+_CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """A driver's under an estimator: means over its episodes. `_low` and `_high` are the ends of a
+    95 % bootstrap interval."""
+
+    policy: str
+    estimator: str
+    episodes: int
+    success: float
+    success_low: float
+    success_high: float
+    spl: float
+    spl_low: float
+    spl_high: float
+    soft_spl: float
+    collisions: float
+    """An episode; it ends one."""
+    missed: float
+    """Share of the episodes in which the robot stopped elsewhere."""
+    timeouts: float
+    time_s: float
+    distance_to_goal_m: float
+    """At the end, truly."""
+    believed_distance_to_goal_m: float
+    position_error_m: float
+    lost: float
+    """Share of the steps without a pose to act upon."""
+    price_of_estimation: float
+    """SPL under the true pose minus SPL under this estimator, in the same episodes."""
+    price_low: float
+    price_high: float
+
+    def plain(self) -> dict[str, Any]:
+        """For JSON."""
+        return asdict(self)
+
+
+def score(episodes: Sequence[Episode], baseline: Sequence[Episode]) -> Score:
+    """Score the episodes of one driver under one estimator.
+
+    Args:
+        episodes: of different seeds.
+        baseline: the same driver's, of the same seeds, under the true pose.
+
+    Raises:
+        ValueError: there are none, or their seeds are not those of the baseline.
+    """
+    mine, truths = _by_seed(episodes), _by_seed(baseline)
+    if not mine or [e.seed for e in mine] != [e.seed for e in truths]:
+        raise ValueError(
+            "the price of estimation is paired: every episode needs one of the same seed under "
+            f"{BASELINE}; got seeds {[e.seed for e in mine]} and {[e.seed for e in truths]}"
+        )
+    spl, success = _values(mine, "spl"), _values(mine, "success")
+    spl_low, spl_high = interval(spl)
+    success_low, success_high = interval(success)
+    price = _values(truths, "spl") - spl
+    price_low, price_high = interval(price)
+    return Score(
+        policy=mine[0].policy,
+        estimator=mine[0].estimator,
+        episodes=len(mine),
+        success=float(success.mean()),
+        success_low=success_low,
+        success_high=success_high,
+        spl=float(spl.mean()),
+        spl_low=spl_low,
+        spl_high=spl_high,
+        collisions=float(_values(mine, "collision").mean()),
+        missed=float(np.mean([e.outcome == MISSED for e in mine])),
+        timeouts=float(np.mean([e.outcome == TIMEOUT for e in mine])),
+        price_of_estimation=float(price.mean()),
+        price_low=price_low,
+        price_high=price_high,
+        **{name: float(_values(mine, name).mean()) for name in _MEANS},
+    )
+
+
+_MEANS = (
+    "soft_spl",
+    "time_s",
+    "distance_to_goal_m",
+    "believed_distance_to_goal_m",
+    "position_error_m",
+    "lost",
+)
+
+
+def interval(values: Array) -> tuple[float, float]:
+    """The 95 % percentile bootstrap interval of the mean of values (n,).
+
+    Every call resamples by the same indices for the same n: differences of paired values and the
+    values themselves are resampled alike.
+    """
+    rng = np.random.default_rng(0)
+    chosen = rng.integers(len(values), size=(_RESAMPLES, len(values)))
+    tail = (1 - _CONFIDENCE) / 2
+    low, high = np.quantile(values[chosen].mean(axis=1), [tail, 1 - tail])
+    return float(low), float(high)
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """How well estimators' order by error on a replayed drive tells that by SPL in the loop."""
+
+    policy: str
+    by_ate: tuple[str, ...]
+    """Estimators, the smallest error first."""
+    by_spl: tuple[str, ...]
+    """Estimators, the highest SPL first."""
+    kendall_tau: float | None
+    """Kendall's tau-b between the two: 1 the same order, -1 the reverse; None where all are equal
+    in one of them."""
+    p_value: float | None
+
+    def plain(self) -> dict[str, Any]:
+        """For JSON."""
+        return asdict(self)
+
+
+def open_closed_gap(policy: str, ate: Mapping[str, float], spl: Mapping[str, float]) -> Gap:
+    """Rank estimators both ways.
+
+    Args:
+        policy: whose loop it is.
+        ate: absolute trajectory error by estimator, m.
+        spl: in the loop.
+
+    Raises:
+        ValueError: fewer than two estimators, or not the same ones.
+    """
+    names = sorted(ate)
+    if len(names) < 2 or names != sorted(spl):
+        raise ValueError(
+            "to rank estimators takes two or more, each with an ATE and an SPL; got "
+            f"{names} and {sorted(spl)}"
+        )
+    found = stats.kendalltau([-ate[name] for name in names], [spl[name] for name in names])
+    tied = not np.isfinite(found.statistic)
+    return Gap(
+        policy,
+        tuple(sorted(names, key=lambda name: ate[name])),
+        tuple(sorted(names, key=lambda name: -spl[name])),
+        None if tied else float(found.statistic),
+        None if tied else float(found.pvalue),
+    )
+
+
+def _by_seed(episodes: Sequence[Episode]) -> list[Episode]:
+    return sorted(episodes, key=lambda episode: episode.seed)
+
+
+def _values(episodes: Sequence[Episode], name: str) -> Array:
+    return np.array([float(getattr(episode, name)) for episode in episodes])

@@ -1,0 +1,54 @@
+"""Scores of an evaluation as a table for the terminal."""
+
+from collections.abc import Callable, Sequence
+
+from rich import box
+from rich.table import Table
+
+from grouser.agents.evaluation import Gap, Score
+
+_COLUMNS: tuple[tuple[str, Callable[[Score], str]], ...] = (
+    ("success\n%", lambda s: f"{100 * s.success:.0f}"),
+    ("SPL", lambda s: f"{s.spl:.3f}"),
+    ("95 %", lambda s: f"{s.spl_low:.2f}..{s.spl_high:.2f}"),
+    ("soft\nSPL", lambda s: f"{s.soft_spl:.3f}"),
+    ("collided\n%", lambda s: f"{100 * s.collisions:.0f}"),
+    ("missed\n%", lambda s: f"{100 * s.missed:.0f}"),
+    ("late\n%", lambda s: f"{100 * s.timeouts:.0f}"),
+    ("time\ns", lambda s: f"{s.time_s:.0f}"),
+    ("to goal\nm", lambda s: f"{s.distance_to_goal_m:.2f}"),
+    ("believed\nm", lambda s: f"{s.believed_distance_to_goal_m:.2f}"),
+    ("price", lambda s: f"{s.price_of_estimation:+.3f}"),
+    ("95 %", lambda s: f"{s.price_low:+.2f}..{s.price_high:+.2f}"),
+)
+
+
+def score_table(scores: Sequence[Score], title: str) -> Table:
+    """A row for every driver and estimator."""
+    table = Table(
+        title=title,
+        caption="price: SPL under the true pose minus SPL under the estimator, same episodes",
+        caption_justify="left",
+        box=box.SIMPLE_HEAD,
+        padding=0,
+    )
+    with_driver = len({s.policy for s in scores}) > 1
+    if with_driver:
+        table.add_column("driver", no_wrap=True)
+    table.add_column("estimator", no_wrap=True)
+    for heading, _ in _COLUMNS:
+        table.add_column(heading, justify="right", no_wrap=True)
+    for s in scores:
+        cells = [cell(s) for _, cell in _COLUMNS]
+        table.add_row(*([s.policy] if with_driver else []), s.estimator, *cells)
+    return table
+
+
+def gap_words(gap: Gap) -> str:
+    """A few lines on the open-closed gap."""
+    tau = "none, for all are equal" if gap.kendall_tau is None else f"{gap.kendall_tau:+.2f}"
+    return (
+        f"{gap.policy}: Kendall's tau between both orders {tau}\n"
+        f"  by error on a replayed drive: {', '.join(gap.by_ate)}\n"
+        f"  by SPL in the loop:           {', '.join(gap.by_spl)}"
+    )
