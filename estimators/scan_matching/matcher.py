@@ -1,12 +1,13 @@
 """One scan laid over others: where it was taken, how well that is known, and how well it fits."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from math import radians
 
 import numpy as np
 
-from grouser.estimators.scan_matching.alignment import AlignmentOptions, align
+from grouser.estimators.scan_matching.alignment import Alignment, AlignmentOptions, align
 from grouser.estimators.scan_matching.reference import Reference
-from grouser.estimators.scan_matching.search import SearchOptions, score, search
+from grouser.estimators.scan_matching.search import SearchOptions, score, search, value
 from grouser.estimators.scan_matching.surface import Surface
 from grouser.geometry import Array
 from grouser.kernels import announce
@@ -83,8 +84,7 @@ class ScanMatcher:
             guess_covariance = np.diag([width.position, width.position, width.heading]) ** 2
         prior = np.asarray(np.linalg.inv(guess_covariance), dtype=np.float64)
         guess = np.array(guess, dtype=np.float64)
-        start = search(surface.points, reference.field, guess, prior, options.search)
-        aligned = align(surface, reference, start, guess, prior, options.alignment)
+        aligned, prior = self._aligned(surface, reference, guess, prior)
         information = aligned.by_scan.sum(axis=0)
         information = (information + information.T) / 2
         covariance = np.linalg.inv(information + prior)
@@ -100,3 +100,28 @@ class ScanMatcher:
             eigenvalue_ratio=float(max(least, 0.0) / most) if most > 0 else 0.0,
             sigma=aligned.sigma,
         )
+
+    def _aligned(
+        self, surface: Surface, reference: Reference, guess: Array, prior: Array
+    ) -> tuple[Alignment, Array]:
+        """The alignment, and the information of the guess that it went by."""
+        searching, aligning = self._options.search, self._options.alignment
+        start = search(surface.points, reference.field, guess, prior, searching)
+        aligned = align(surface, reference, start, guess, prior, aligning)
+        least = value(surface.points, reference.field, start, guess, prior, searching)
+        least -= _LURED
+        if value(surface.points, reference.field, aligned.pose, guess, prior, searching) >= least:
+            return aligned, prior
+        # Points that were taken for others' surfaces lured it away from where more of them fit:
+        # from there again, held, and with near pairs only.
+        near = replace(aligning, first_radius=aligning.last_radius)
+        again = align(surface, reference, start, start, _HELD, near)
+        if value(surface.points, reference.field, again.pose, guess, prior, searching) < least:
+            again = replace(again, pose=start)
+        return again, _HELD
+
+
+_LURED = 1.0
+"""Log-likelihood that an alignment may lose against the search"""
+_HELD = np.linalg.inv(np.diag([0.05, 0.05, radians(0.7)]) ** 2)
+"""Information of a pose of the search: its steps are the finest"""

@@ -86,6 +86,22 @@ def score(points: Array, field: NearestField, pose: Array, sigma: float) -> floa
     return float(_sum(points, field, _fits(field, sigma), pose)) / max(len(points), 1)
 
 
+def value(
+    points: Array,
+    field: NearestField,
+    pose: Array,
+    guess: Array,
+    information: Array,
+    options: SearchOptions,
+) -> float:
+    """What the search makes most of: the log-likelihood of a pose (3,), but for a constant."""
+    off = pose - guess
+    off[2] = wrap(off[2])
+    fit = options.weight * min(len(points), options.points)
+    fit *= score(points, field, pose, options.sigma)
+    return float(fit - 0.5 * off @ information @ off)
+
+
 def _fits(field: NearestField, sigma: float) -> NDArray[np.float32]:
     """How well a point fits that lies in each cell."""
     return np.asarray(np.exp(field.squared * np.float32(-0.5 / sigma**2)))

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from grouser.estimators.line_slam.scan import ScanReader
-from grouser.estimators.scan_matching.alignment import AlignmentOptions, believed
+from grouser.estimators.scan_matching.alignment import AlignmentOptions, align, believed
 from grouser.estimators.scan_matching.matcher import MatchOptions, ScanMatch, ScanMatcher
 from grouser.estimators.scan_matching.reference import make_reference
-from grouser.estimators.scan_matching.search import SearchOptions
+from grouser.estimators.scan_matching.search import SearchOptions, search, value
 from grouser.estimators.scan_matching.surface import Surface, surface_of
 from grouser.geometry import Array, compose, wrap
 from grouser.rig import Lidar
@@ -151,3 +151,29 @@ def test_wrong_options_and_references_are_refused() -> None:
         MatchOptions(search=SearchOptions(coarse_position=0))
     with pytest.raises(ValueError, match="needs scans, each with a pose, got 0 scans and 1 poses"):
         make_reference([], np.zeros(3))
+
+
+def test_no_pairs_lure_a_scan_from_where_more_of_it_fits() -> None:
+    """Boxes that stand 15 to 30 cm off now pull at many points, all to the same side."""
+    rng, sensor = np.random.default_rng(5), lidar(mount=mounted(0.2, 0.0))
+    lured = 0
+    for _ in range(60):
+        boxes = np.concatenate(
+            [
+                polygon(rng.uniform(-3, 3, 2) + np.array([[0, 0], [0.9, 0], [0.9, 0.9], [0, 0.9]]))
+                for _ in range(7)
+            ]
+        )
+        shifted = boxes + rng.uniform(0.15, 0.3, 2) * rng.choice([-1, 1], 2)
+        before = surface(np.concatenate([HOUSE, boxes]), sensor, np.zeros(3), rng)
+        scan = surface(np.concatenate([HOUSE, shifted]), sensor, np.zeros(3), rng)
+        reference = make_reference([before], np.zeros(3))
+        guess, width = rng.normal(size=3) * [0.05, 0.05, 0.1], SearchOptions()
+        prior = np.linalg.inv(np.diag([0.1, 0.1, 0.2]) ** 2)
+        start = search(scan.points, reference.field, guess, prior, width)
+        least = value(scan.points, reference.field, start, guess, prior, width) - 1
+        plain = align(scan, reference, start, guess, prior, AlignmentOptions())
+        lured += value(scan.points, reference.field, plain.pose, guess, prior, width) < least
+        match = ScanMatcher().match(scan, reference, guess, np.linalg.inv(prior))
+        assert value(scan.points, reference.field, match.pose, guess, prior, width) >= least - 1e-9
+    assert lured >= 3, "the case does not occur"
