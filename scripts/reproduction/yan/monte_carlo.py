@@ -69,17 +69,18 @@ class MonteCarlo(Experiment):
         return values
 
     def _watched(self, seed: int) -> dict[str, tuple[Run, PoseEstimator]]:
-        """Each with the estimator as it was left. One environment for each kind of sight: noise
-        of the steering is the same in all."""
+        """Each with the estimator as it was left. One environment for each kind of sight: the
+        steering's noise is the same in all."""
         known = {"start_sigma": (0.0, 0.0, self.start_sigma)} if self.start_sigma else {}
         watched: dict[str, tuple[Run, PoseEstimator]] = {}
-        for sees in dict.fromkeys(form.sees for form in self.forms.values()):
+        for sight in dict.fromkeys((form.sees, form.noise) for form in self.forms.values()):
+            sees, noise = sight
             sensors = ("steering",) if sees is None else ("steering", sees)
-            env = line_world(self.world, sensors=sensors)
+            env = line_world(self.world, sensors=sensors, noise=dict(noise))
             estimators = {
                 name: make_form(form, rig_of(env), **known)
                 for name, form in self.forms.items()
-                if form.sees == sees
+                if (form.sees, form.noise) == sight
             }
             for run in watch(env, self.world, estimators, seed):
                 watched[run.estimator] = run, estimators[run.estimator]

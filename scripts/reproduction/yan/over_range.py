@@ -15,9 +15,9 @@ from grouser.scripts.reproduction.page import (
     Table,
     plus_minus,
 )
-from grouser.scripts.reproduction.yan.contests import CONTESTANTS, contest_name
+from grouser.scripts.reproduction.yan.contests import contest_name
 from grouser.scripts.reproduction.yan.drives import course, line_world
-from grouser.scripts.reproduction.yan.forms import CORRECTED
+from grouser.scripts.reproduction.yan.forms import CORRECTED, FORMS
 from grouser.scripts.reproduction.yan.maps import THIRD
 from grouser.scripts.reproduction.yan.paper import WORLDS
 
@@ -61,7 +61,7 @@ def over_range_figures(outcomes: Outcomes) -> Figures:
     }
     for world in WORLDS:
         outcome = outcomes[contest_name(world)]
-        for form in _mapping(outcome):
+        for form in FORMS:
             ends = outcome[f"{form}.third_end"]
             ends = ends[np.isfinite(ends)]
             figures[f"end.{world}.{form}_m"] = float(ends.mean()) if len(ends) else None
@@ -70,20 +70,20 @@ def over_range_figures(outcomes: Outcomes) -> Figures:
     return figures | {"over_range_end_m": figures[f"end.over_range.{CORRECTED}_m"]}
 
 
-def over_range_section(outcomes: Outcomes) -> Section:
+def over_range_section() -> Section:
     """The table."""
     rows = [
         Row("the paper", ["", Number("paper.over_range_end_m", 4), ""], from_paper=True),
         Row("visible, without noise",
             [Number("noise_free_normal_end_m", 3), Number("noise_free_end_m", 3), ""]),
     ]  # fmt: skip
-    for form in _mapping(outcomes[contest_name("over_range")]):
+    for form, contestant in FORMS.items():
         cells: list[Cell] = [
             _end("normal", form),
             _end("over_range", form),
             Number(f"end.over_range.{form}_largest_m", 2),
         ]
-        rows.append(Row(CONTESTANTS[form].words, cells, stressed=form == CORRECTED))
+        rows.append(Row(contestant.words, cells, stressed=form == CORRECTED))
     return Section(
         "The line that is longer than can be seen",
         [
@@ -108,10 +108,6 @@ _TEXT = (
     "every end that was seen only what lies one standard deviation further in: the farthest of "
     "many noisy ends would lie too far out."
 )
-
-
-def _mapping(outcome: Outcome) -> list[str]:
-    return [form for form in CONTESTANTS if f"{form}.third_end" in outcome]
 
 
 def _end(world: str, form: str) -> tuple[str | Number, ...]:

@@ -91,7 +91,7 @@ class Yan(Paper):
             [
                 trajectory_section(outcomes),
                 table_1_section(),
-                over_range_section(outcomes),
+                over_range_section(),
                 contest_section(figures),
                 sweep_section(outcomes, self.scale),
                 errata_section(),
