@@ -10,12 +10,12 @@ from grouser.estimators.base import PoseEstimator
 from grouser.estimators.evaluation.comparison import Run
 from grouser.estimators.evaluation.consistency import nees
 from grouser.estimators.line_slam.map import LineMapper
-from grouser.geometry import Array, between, compose, wrap
+from grouser.geometry import Array, compose, wrap
 from grouser.scripts.reproduction.experiment import Experiment, OnPart, Outcome
 from grouser.scripts.reproduction.yan.drives import line_world, rig_of, watch
 from grouser.scripts.reproduction.yan.forms import Form, make_form
 from grouser.scripts.reproduction.yan.honesty import plane_nees
-from grouser.scripts.reproduction.yan.maps import MapErrors, map_errors
+from grouser.scripts.reproduction.yan.maps import map_errors
 from grouser.scripts.reproduction.yan.paper import OBSERVING_EVERY
 
 _STARTS = 1
@@ -46,7 +46,8 @@ class MonteCarlo(Experiment):
         return False
 
     def run(self, on_part: OnPart) -> Outcome:
-        """`FORM.FIGURE` (runs, looks) or (runs,), as `_over_time` and `_in_all` have them."""
+        """`FORM.FIGURE` (runs, looks) or (runs,), as `_over_time`, `_in_all` and
+        `_of_map` have them."""
         kept: dict[str, list[Array | float]] = {}
         for seed in range(self.runs):
             for name, values in self._drive(seed).items():
@@ -64,8 +65,8 @@ class MonteCarlo(Experiment):
             assert run.true_poses is not None
             truth = compose(start, run.true_poses)
             values[name] = _over_time(run, truth) | _in_all(run, truth)
-            if isinstance(estimator, LineMapper):
-                values[name] |= _of_map(self._map_errors(estimator, start))
+            if isinstance(estimator, LineMapper) and not self.start_sigma:
+                values[name] |= self._of_map(estimator)
         return values
 
     def _watched(self, seed: int) -> dict[str, tuple[Run, PoseEstimator]]:
@@ -86,13 +87,15 @@ class MonteCarlo(Experiment):
                 watched[run.estimator] = run, estimators[run.estimator]
         return watched
 
-    def _map_errors(self, mapper: LineMapper, start: Array) -> MapErrors:
-        """The map's frame is the start as the filter believes it, turned from the true one."""
+    def _of_map(self, mapper: LineMapper) -> dict[str, Array | float]:
+        """Of a map whose frame is known, which is that of the start."""
         world = make_plane_world(self.world)
-        ends = world.segments_from_start.reshape(-1, 2)
-        turned = compose(start, np.column_stack([ends, np.zeros(len(ends))]))[:, :2]
-        in_world = compose(world.start, between(start, np.zeros(3)))
-        return map_errors(mapper.map, turned.reshape(-1, 4), in_world)
+        errors = map_errors(mapper.map, world.segments_from_start, world.start)
+        return {
+            "line_r": errors.r,
+            "line_alpha": errors.alpha,
+            "third_end": errors.third_end,
+        }
 
 
 def _over_time(run: Run, truth: Array) -> dict[str, Array | float]:
@@ -124,12 +127,4 @@ def _in_all(run: Run, truth: Array) -> dict[str, Array | float]:
         "heading_rms": float(np.sqrt(np.mean(heading**2))),
         "final": float(place[-1]),
         "landmarks": told.get("lines_in_map", told.get("points_in_map", np.nan)),
-    }
-
-
-def _of_map(errors: MapErrors) -> dict[str, Array | float]:
-    return {
-        "line_r": errors.r,
-        "line_alpha": errors.alpha,
-        "third_end": errors.third_end,
     }

@@ -16,6 +16,7 @@ _WORDS = {
     "points_0_5": "point by point, 0.5 m",
     "closed": "closed form",
 }
+_UNITS = {"alone": ("ms", 1e3), "whole": ("s", 1.0)}
 _RATIOS = ("points_0_1", "points_0_5", "closed")
 
 
@@ -31,7 +32,9 @@ def table_1_figures(outcomes: Outcomes, scale: Scale) -> Figures:
                 name: np.array([outcome[f"{world}.{name}.{scope}_s"] for world in WORLDS])
                 for name in OBSERVERS
             }
-            figures |= named(prefix, {f"{name}_s": np.median(times[name]) for name in OBSERVERS})
+            unit, per_second = _UNITS[scope]
+            medians = {f"{n}_{unit}": per_second * np.median(times[n]) for n in OBSERVERS}
+            figures |= named(prefix, medians)
             ratios = {
                 f"{name}_over_bisection": np.median(times[name] / times["bisection"])
                 for name in _RATIOS
@@ -104,20 +107,19 @@ def _by_themselves() -> Table:
     for name, words in _WORDS.items():
         cells: list[Cell] = []
         for kind in _KINDS:
-            for scope, scale in (("alone", 4), ("whole", 2)):
+            for scope, (unit, _) in _UNITS.items():
                 prefix = f"table1.{kind}.{scope}"
-                cells.append(Number(f"{prefix}.{name}_s", scale))
+                cells.append(Number(f"{prefix}.{name}_{unit}", 2))
                 ratio = f"{prefix}.{name}_over_bisection"
                 cells.append(Number(ratio, 2) if name in _RATIOS else "")
         rows.append(Row(words, cells))
     columns = [""]
     for kind in _KINDS:
-        for scope in ("observer alone", "whole simulation"):
-            columns += [f"{kind}: {scope}, s", "over bisection"]
+        columns += [f"{kind}: alone, ms", "over bisection", "whole, s", "over bisection"]
     return Table(
-        "Seconds of all observations of a drive in one call (four lines, from the place after "
-        "every step), and of a whole simulation; and how many times as long as by bisection. "
-        "Medians of both worlds' rounds.",
+        "Alone: all observations of a drive in one call (four lines, from the place after every "
+        "step). Whole: a simulation, with the observer in it. Medians of both worlds' rounds, and "
+        "how many times as long as by bisection.",
         columns,
         rows,
     )

@@ -148,6 +148,7 @@ def _matches(figures: Figures, names: Sequence[str]) -> Picture:
     for name in forms(names):
         values = [figures[f"timing.{label}.{name}.features"] for label in labels]
         axes[0, 0].plot(labels, values, "o-", label=name)
+    axes[0, 0].margins(y=0.15)
     axes[0, 0].set_ylim(bottom=0)
     finish(axes[0, 0], x="resolution [px]", y="stereo matches", legend=True)
     return Picture(
