@@ -59,7 +59,8 @@ class GoalNavEnv(gym.Env[dict[str, Any], NDArray[np.float32]]):
     Args:
         estimator: a registered name; see `grouser.estimators.names()`.
         estimator_options: keyword arguments of that estimator.
-        world: kind of world, of `world_names()`, one that has goals.
+        world: kind of world, of `world_names()`, one that has goals. The depot's obstacles are all
+            in sight of the lidar; in the yard some are lower.
         goals: how many goals to reach, one after another.
         pose_latency: how late estimates arrive, s of simulated time.
         stop: what ends the drive: "belief", the robot believes itself within 0.15 m of the goal and
@@ -85,7 +86,7 @@ class GoalNavEnv(gym.Env[dict[str, Any], NDArray[np.float32]]):
         *,
         estimator: str = "dead-reckoning",
         estimator_options: Mapping[str, Any] | None = None,
-        world: str = "yard",
+        world: str = "depot",
         goals: int = 1,
         pose_latency: float = 0.0,
         stop: str = "belief",

@@ -21,6 +21,7 @@ from grouser.scripts import (
     benchmark_montecarlo,
     benchmark_odometry,
     benchmark_slip,
+    benchmark_training,
     benchmark_vector,
 )
 from grouser.scripts.benchmark_timing import Figures, NotAvailable
@@ -33,6 +34,7 @@ _MEASUREMENTS = (
     *benchmark_montecarlo.MEASUREMENTS,
     *benchmark_line_slam.MEASUREMENTS,
     *benchmark_slip.MEASUREMENTS,
+    *benchmark_training.MEASUREMENTS,
 )
 
 

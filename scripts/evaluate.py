@@ -47,8 +47,8 @@ class Evaluate:
     """Episodes of each, 20 by default."""
     seed: Annotated[int, _arg("S")] = 0
     """Of the first episode, 0 by default; the next ones follow it."""
-    world: Annotated[str, _arg("NAME")] = "yard"
-    """Kind of world: yard by default."""
+    world: Annotated[str, _arg("NAME")] = "depot"
+    """Kind of world: depot by default, where the lidar sees all that a robot can run into."""
     goals: Annotated[int, _arg("N")] = 1
     """Goals to reach in an episode, one after another; 1 by default."""
     time_limit: Annotated[float, _arg("S")] = 100.0

@@ -44,8 +44,8 @@ class Train:
     """Go on with the training in --output."""
     seed: Annotated[int, _arg("N")] = 0
     """Of worlds, errors and the network; 0 by default."""
-    worlds: Annotated[tuple[str, ...], _arg("NAME ...")] = ("yard",)
-    """Kinds of world to learn in; yard by default."""
+    worlds: Annotated[tuple[str, ...], _arg("NAME ...")] = ("depot",)
+    """Kinds of world to learn in; depot by default, whose obstacles the lidar sees."""
     difficulty: Annotated[float, _arg("0..1")] = 0.5
     """How hard they are; 0.5 by default."""
     goals: Annotated[int, _arg("N")] = 1

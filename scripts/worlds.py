@@ -35,8 +35,8 @@ class Worlds:
     """
 
     names: Annotated[tuple[str, ...], _silent("NAME ...")] = ()
-    """Worlds to draw, all by default: yard, room, corridor, parking-lot, garden, orchard, forest,
-    rubble."""
+    """Worlds to draw, all by default: yard, depot, room, corridor, parking-lot, garden, orchard,
+    forest, rubble."""
     difficulty: Annotated[tuple[float, ...], _arg("D ...")] = (0.5,)
     """How hard, from 0 to 1; several are drawn side by side."""
     seeds: Annotated[int, _arg("N")] = 1

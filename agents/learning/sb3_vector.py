@@ -1,37 +1,15 @@
 """GoalNav in a few processes, as Stable-Baselines3 wants its environments."""
 
 from collections.abc import Sequence
-from functools import partial
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
-from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 
+from grouser.agents.learning.terse_vector import terse_vector
 from grouser.envs.fleet.crew import Maker
-from grouser.envs.fleet.page import Field
-from grouser.envs.fleet.robot_vector import RobotVectorEnv
-
-_INFO: dict[str, Field] = {"is_success": (np.bool_, ()), "collision": (np.bool_, ())}
-"""What training asks of every step's info; all of it would cost more than the step."""
-
-
-class _Terse(gym.Wrapper[Any, Any, Any, Any]):
-    """Leaves all but _INFO out of the infos."""
-
-    def reset(self, **kwargs: Any) -> tuple[Any, dict[str, Any]]:
-        observation, info = self.env.reset(**kwargs)
-        return observation, {key: info[key] for key in _INFO}
-
-    def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-        observation, reward, terminated, truncated, info = self.env.step(action)
-        return observation, reward, terminated, truncated, {key: info[key] for key in _INFO}
-
-
-def _terse(make: Maker) -> gym.Env[Any, Any]:
-    return _Terse(make())
 
 
 class Sb3Vector(VecEnv):
@@ -42,11 +20,7 @@ class Sb3Vector(VecEnv):
     """
 
     def __init__(self, makers: Sequence[Maker]) -> None:
-        self._vector = RobotVectorEnv(
-            [partial(_terse, make) for make in makers],
-            info=_INFO,
-            autoreset_mode=AutoresetMode.SAME_STEP,
-        )
+        self._vector = terse_vector(makers)
         self._next_seeds: list[int] | None = None
         self._returns, self._lengths = np.zeros(len(makers)), np.zeros(len(makers), dtype=int)
         vector = self._vector

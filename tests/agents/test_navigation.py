@@ -331,7 +331,7 @@ def test_wrong_arguments_are_refused(options: dict[str, Any], message: str) -> N
 
 def test_too_many_goals_are_refused_when_the_world_is_known() -> None:
     env = nav(goals=9)
-    with pytest.raises(ValueError, match="'yard' has 8 goals, fewer than goals=9"):
+    with pytest.raises(ValueError, match="'depot' has 8 goals, fewer than goals=9"):
         env.reset(seed=0)
 
 

@@ -24,7 +24,7 @@ from grouser.envs.simulation.worlds.randomization import (
 from grouser.envs.simulation.worlds.room import room
 from grouser.envs.simulation.worlds.rubble import rubble
 from grouser.envs.simulation.worlds.terrain import covered, require_terrain
-from grouser.envs.simulation.worlds.yard import yard
+from grouser.envs.simulation.worlds.yard import depot, yard
 
 Generator = Callable[[np.random.Generator, float, float], World]
 """Makes a world, without goals yet, of a generator of numbers, a difficulty in [0, 1] and a factor
@@ -38,6 +38,9 @@ class _Kind(NamedTuple):
 
 _KINDS: dict[str, _Kind] = {
     "yard": _Kind(yard, "a walled gravel yard, strewn with boxes around a clear place"),
+    "depot": _Kind(
+        depot, "the yard with boxes of 0.6 m and more, so that a lidar sees all of them"
+    ),
     "room": _Kind(room, "two furnished rooms joined by a door with a sill, in lamplight"),
     "corridor": _Kind(corridor, "passages around blocks and rooms, always with a loop"),
     "parking-lot": _Kind(parking_lot, "open asphalt with marked bays, far from cars and walls"),

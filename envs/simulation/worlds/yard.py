@@ -1,4 +1,7 @@
-"""The yard: walled, gravelled, strewn with boxes around a clear place in its middle."""
+"""The yard: walled, gravelled, strewn with boxes around a clear place in its middle; and the depot,
+where none of them is so low that a lidar looks over it."""
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +17,8 @@ _BRICK, _CONCRETE = TEXTURES.index("brick"), TEXTURES.index("concrete")
 _HALF_SIZE = 9.0  # m, from the centre to the inner face of a wall
 _TRIES = 200
 _SMALLEST, _LARGEST = (0.12, 0.12, 0.10), (0.50, 0.50, 0.90)
+_SMALLEST_IN_SIGHT = (0.12, 0.12, 0.30)
+"""Half extents, m: of a box that stands higher than the robot's lidar."""
 
 
 def yard(rng: np.random.Generator, difficulty: float, clutter: float) -> World:
@@ -21,13 +26,32 @@ def yard(rng: np.random.Generator, difficulty: float, clutter: float) -> World:
 
     Difficulty: from 20 to 60 boxes, and a clear place of 5 down to 2 m.
     """
+    return _strewn("yard", rng, difficulty, clutter, _SMALLEST)
+
+
+def depot(rng: np.random.Generator, difficulty: float, clutter: float) -> World:
+    """The yard, but with boxes of at least 0.6 m: what a robot can run into, its lidar sees.
+
+    Difficulty: that of the yard.
+    """
+    return _strewn("depot", rng, difficulty, clutter, _SMALLEST_IN_SIGHT)
+
+
+def _strewn(
+    name: str,
+    rng: np.random.Generator,
+    difficulty: float,
+    clutter: float,
+    smallest: Sequence[float],
+) -> World:
+    """A yard whose boxes have at least these half extents (3,)."""
     start = np.append(rng.uniform(-1.5, 1.5, 2), rng.uniform(-np.pi, np.pi))
     walls = _walls(_HALF_SIZE, thickness=0.3, height=2.5)
     clear_radius = 5.0 - 3.0 * difficulty
     n = round(clutter * (20 + 40 * difficulty))
-    obstacles = _strewn_boxes(rng, n, start[:2], clear_radius + ROBOT_RADIUS)
+    obstacles = _strewn_boxes(rng, n, smallest, start[:2], clear_radius + ROBOT_RADIUS)
     return World(
-        name="yard",
+        name=name,
         solids=join(obstacles, walls),
         n_walls=len(walls),
         ground=Ground.flat(_HALF_SIZE + 0.3, "gravel"),
@@ -49,11 +73,13 @@ def _walls(half_size: float, *, thickness: float, height: float) -> Boxes:
     )
 
 
-def _strewn_boxes(rng: np.random.Generator, n: int, start: ArrayLike, clearance: float) -> Boxes:
+def _strewn_boxes(
+    rng: np.random.Generator, n: int, smallest: Sequence[float], start: ArrayLike, clearance: float
+) -> Boxes:
     """Boxes that touch neither each other nor the place around the start."""
     positions: list[Array] = [np.asarray(start, dtype=np.float64)]
     radii: list[float] = [clearance]
-    half_extents = rng.uniform(_SMALLEST, _LARGEST, (n, 3))
+    half_extents = rng.uniform(smallest, _LARGEST, (n, 3))
     for half in half_extents:
         radius = float(np.hypot(half[0], half[1]))
         positions.append(_free_position(rng, radius, np.array(positions), np.array(radii)))

@@ -17,7 +17,7 @@ def test_each_environment_shows_what_a_single_one_does() -> None:
     vector = Sb3Vector(TASK.makers(3))
     vector.seed(7)
     batch = vector.reset()
-    single = TASK.make("yard")
+    single = TASK.make("depot")
     shown, _ = single.reset(seed=9)
     actions = np.random.default_rng(0).uniform(0, 1, (20, 3, 2)).astype(np.float32)
     for action in actions:

@@ -5,7 +5,10 @@ import hashlib
 import numpy as np
 import pytest
 
+from grouser.envs.sensors.schedule import Schedule
 from grouser.envs.simulation.materials import TEXTURES
+from grouser.envs.simulation.robot_model import RobotModel
+from grouser.envs.simulation.robot_rig import robot_rig
 from grouser.envs.simulation.world import World
 from grouser.envs.simulation.worlds.registry import make_world
 
@@ -53,3 +56,12 @@ def test_difficulty_strews_more_boxes_around_a_smaller_place() -> None:
     worlds = [make_world("yard", np.random.default_rng(0), difficulty=d) for d in (0.0, 0.5, 1.0)]
     assert [len(world.solids) - world.n_walls for world in worlds] == [20, 40, 60]
     assert [world.clear_radius for world in worlds] == [5.0, 3.5, 2.0]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_lidar_sees_everything_in_the_depot(seed: int) -> None:
+    rig = robot_rig(RobotModel(), dt=0.1, image_size=(320, 240), amounts=Schedule().steady)
+    assert rig.lidar is not None
+    depot = make_world("depot", np.random.default_rng(seed))
+    lowest = (depot.solids.centre + depot.solids.half_extents)[:, 2].min()
+    assert lowest > rig.lidar.T_base_lidar[2, 3] + 0.1
