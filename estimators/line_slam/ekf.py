@@ -11,6 +11,7 @@ from grouser.estimators.line_slam.association import (
     Pairs,
     associate,
     ends_in_world,
+    turned_about,
 )
 from grouser.estimators.line_slam.end_points import EndPoints
 from grouser.estimators.line_slam.linearization import Linearization, jacobian
@@ -23,6 +24,7 @@ from grouser.estimators.line_slam.predict import predict
 from grouser.estimators.line_slam.sightings import Sightings
 from grouser.estimators.line_slam.sparse_update import absorb, correct
 from grouser.estimators.line_slam.state import POSE, LineState
+from grouser.estimators.line_slam.unevenness import Unevenness, of_uneven
 from grouser.geometry import Array, wrap
 
 
@@ -68,12 +70,18 @@ class LineEkf:
         state: LineState,
         motion: MotionModel,
         linearization: Linearization,
+        unevenness: Unevenness,
         options: LineEkfOptions,
     ) -> None:
-        """state: no line yet, or those of a map, which `know` tells of."""
+        """
+        Args:
+            state: no line yet, or those of a map, which `know` tells of.
+            unevenness: of what the lines are seen on.
+        """
         self.state, self.end_points = state, EndPoints()
         self.sightings = Sightings(options.patience)
         self._motion, self._linearization, self._options = motion, linearization, options
+        self.unevenness = unevenness
         self._W = np.zeros((2 * _LINES_IN_A_SCAN, len(state.mean)))
 
     def start(self, seen: LineMeasurements | None) -> Told:
@@ -97,13 +105,16 @@ class LineEkf:
     def look(self, seen: LineMeasurements, *, measured: bool = True) -> Told:
         """Correct pose and map by the lines of one scan, and let the map grow."""
         self.sightings.next_scan()
-        alpha_sigma = np.sqrt(seen.covariances[:, 1, 1])
-        seen = seen[alpha_sigma < self._options.alpha_sigma_most]
+        by_noise, seen = seen, self.unevenness.widened(seen)
+        good = np.sqrt(seen.covariances[:, 1, 1]) < self._options.alpha_sigma_most
+        by_noise, seen = by_noise[good], seen[good]
         d2: list[float] = []
         matched: list[int] = []
         left = np.arange(len(seen))
-        for _ in range(2):  # what the first corrections leave open, the map may tell after them
+        for again in range(2):  # what the first corrections leave open, the map may tell then
             pairs = self._associate(seen[left])
+            if not again:
+                self._learn_unevenness(by_noise, pairs)
             believed, fits = self._correct(seen[left], pairs)
             d2 += fits
             matched += believed
@@ -147,6 +158,19 @@ class LineEkf:
         self._linearization.begin(self.state)
         rows = self._linearization.jacobians(self.state)
         return associate(self.state, rows, self.end_points, seen, self._options.association)
+
+    def _learn_unevenness(self, by_noise: LineMeasurements, pairs: Pairs) -> None:
+        if not len(pairs.seen):
+            return
+        paired = by_noise[pairs.seen]
+        S = pairs.spread.transpose(0, 2, 1, 3).copy()
+        k = np.arange(len(paired))
+        S[k, :, k, :] += turned_about(paired.covariances, pairs.turned)
+        self.unevenness.learn(
+            pairs.residuals.reshape(-1),
+            S.reshape(2 * len(paired), -1),
+            turned_about(of_uneven(paired), pairs.turned),
+        )
 
     def _correct(self, seen: LineMeasurements, pairs: Pairs) -> tuple[list[int], list[float]]:
         """By one line after another: those of the map that still fit after the ones before them,

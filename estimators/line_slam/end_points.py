@@ -63,13 +63,15 @@ class EndPoints:
         self.open_ends = np.delete(self.open_ends, index, axis=0)
 
     def overlaps(
-        self, lines: Array, ends: Array, *, slack: float, open_slack: float
+        self, lines: Array, ends: Array, *, slack: float, open_slack: float, unsure: Array
     ) -> NDArray[np.bool_]:
         """(m, n) whether what was seen between `ends` (m, 2, 2) in the world lies beside a line's
-        known part, stretched by `slack` [m], or by `open_slack` where it may go on."""
+        known part, stretched by `slack` [m], or by `open_slack` where it may go on, and by how
+        `unsure` (m, n) it is where along the line that was, m."""
         places = np.sort(places_along(lines[None], ends[:, :, None]), axis=1)  # (m, 2, n)
         stretch = np.where(self.open_ends, open_slack, slack)
-        low, high = self.extents[:, 0] - stretch[:, 0], self.extents[:, 1] + stretch[:, 1]
+        low = self.extents[:, 0] - stretch[:, 0] - unsure
+        high = self.extents[:, 1] + stretch[:, 1] + unsure
         return np.asarray((places[:, 0] <= high) & (places[:, 1] >= low))
 
 

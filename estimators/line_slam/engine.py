@@ -13,6 +13,7 @@ from grouser.estimators.line_slam.motion_source import MakeMotion
 from grouser.estimators.line_slam.sight import make_sight
 from grouser.estimators.line_slam.state import LineState
 from grouser.estimators.line_slam.support import Support
+from grouser.estimators.line_slam.unevenness import Unevenness
 from grouser.geometry import Array
 from grouser.kernels import announce
 from grouser.rig import Rig
@@ -30,6 +31,7 @@ class LineSlam:
         map: str | Path | LineMap | None,
         start_sigma: tuple[float, float, float],
         options: LineEkfOptions,
+        unevenness: float | None,
         supported_for: float,
     ) -> None:
         """
@@ -47,7 +49,7 @@ class LineSlam:
         self._supported_for = supported_for
         self._map = load_line_map(map) if isinstance(map, str | Path) else map
         self._start_sigma = _sigmas(start_sigma)
-        self._options = options
+        self._options, self._uneven = options, unevenness
         self._filter: LineEkf | None = None
 
     @property
@@ -78,7 +80,13 @@ class LineSlam:
         motion = self._make_motion(observation, rng)
         state = LineState(np.zeros(3), motion.errors.sigmas)
         state.buffer[:3, :3] = np.diag(self._start_sigma**2)
-        self._filter = LineEkf(state, motion, make_linearization(self._jacobians), self._options)
+        self._filter = LineEkf(
+            state,
+            motion,
+            make_linearization(self._jacobians),
+            Unevenness(self._uneven if self._sight.of_surfaces else 0.0),
+            self._options,
+        )
         if self._map is not None:
             self._filter.know(self._map)
         told = self._filter.start(self._sight.lines(observation))
@@ -109,6 +117,7 @@ class LineSlam:
                 "lines_matched": float(told.matched),
                 "lines_new": float(told.new),
                 "nis": told.nis,
+                "unevenness": self.filter.unevenness.sigma,
             },
         )
 

@@ -39,6 +39,7 @@ class EkfLineSlam(PoseEstimator, LineMapper):
         start_sigma: tuple[float, float, float] = (0.0, 0.0, 0.0),
         gate: float = 9.21,
         new_above: float = 25.0,
+        unevenness: float | None = None,
         supported_for: float = 0.5,
     ) -> None:
         """
@@ -55,6 +56,8 @@ class EkfLineSlam(PoseEstimator, LineMapper):
                 [rad], one sigma.
             gate: squared innovation over its covariance up to which a line is one of the map's.
             new_above: the same to the nearest, above which a line is new.
+            unevenness: m that walls in scans are off the lines they are taken for; None learns it
+                from how well they fit.
             supported_for: s that a look at lines supports the estimate.
 
         Raises:
@@ -69,6 +72,7 @@ class EkfLineSlam(PoseEstimator, LineMapper):
             options=LineEkfOptions(
                 AssociationOptions(gate=gate, new_above=new_above), learns=map is None
             ),
+            unevenness=unevenness,
             supported_for=supported_for,
         )
 

@@ -1,7 +1,9 @@
 """Which of the possible pairs of lines can be true together (Neira and Tardos 2001).
 
 Two pairs may each fit well and yet not together, for one and the same motion of the robot would
-have to explain both. So the largest set is sought in which every two fit jointly.
+have to explain both. So the largest set is sought in which every two fit jointly. A pair of it
+beside which another one would do nearly as well, and would say something else, is left out: wrong
+closures are worse than none.
 """
 
 import numpy as np
@@ -12,6 +14,8 @@ from grouser.kernels import kernel
 
 _NODES = 20_000
 """So many partial sets are looked at at most; what was best until then counts."""
+_TOLD_APART = 9.21
+"""Squared difference over the noise of a look, of two degrees of freedom: chi2(.99)."""
 
 
 def largest_joint_set(
@@ -21,19 +25,23 @@ def largest_joint_set(
     noises: Array,
     scores: Array,
     gate: float,
+    margin: float,
 ) -> NDArray[np.bool_]:
-    """(k,) which of k pairs to believe: as many as can be; of as many, the least score.
+    """(k,) which of k pairs to believe: of the largest set, of as many the one with the least
+    score, those that nothing rivals.
 
     Args:
         seen: (k,) which line was seen; each is in at most one pair. Ascending.
         residuals: (k, 2); covariances: (k, k, 2, 2) H P H^T between pairs; noises: (k, 2, 2) R.
         scores: (k,) d2 + ln |S| of each pair alone.
         gate: what two pairs' joint d2, of four degrees of freedom, must not exceed.
+        margin: by which a rival's score must exceed a pair's.
     """
     if len(seen) == 0:
         return np.zeros(0, dtype=np.bool_)
     compatible = _compatible(seen, residuals, covariances, noises, gate)
-    return np.asarray(_search(seen, compatible, scores))
+    chosen = _search(seen, compatible, scores)
+    return np.asarray(_unrivalled(seen, residuals, noises, compatible, scores, chosen, margin))
 
 
 @kernel
@@ -119,3 +127,36 @@ def _search(
         else:
             at -= 1
     return best
+
+
+@kernel
+def _unrivalled(
+    seen: NDArray[np.intp],
+    residuals: Array,
+    noises: Array,
+    compatible: NDArray[np.bool_],
+    scores: Array,
+    chosen: NDArray[np.bool_],
+    margin: float,
+) -> NDArray[np.bool_]:
+    """The chosen pairs, less those for which another line of the map would do nearly as well beside
+    all other chosen ones. Lines of the map that noise could not tell apart are no rivals."""
+    out = chosen.copy()
+    for a in range(len(seen)):
+        if not chosen[a]:
+            continue
+        for b in range(len(seen)):
+            if b == a or seen[b] != seen[a] or scores[b] - scores[a] > margin:
+                continue
+            apart = residuals[b] - residuals[a]
+            if apart @ np.linalg.solve(noises[a], apart) < _TOLD_APART:
+                continue
+            beside = True
+            for other in range(len(seen)):
+                if chosen[other] and other != a and not compatible[b, other]:
+                    beside = False
+                    break
+            if beside:
+                out[a] = False
+                break
+    return out

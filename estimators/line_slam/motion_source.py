@@ -11,6 +11,7 @@ from grouser.estimators.base import TRUTH_KEYS, Observation
 from grouser.estimators.line_slam.ackermann import AckermannPredictor
 from grouser.estimators.line_slam.motion import MotionModel, PredictedMotion, PrintedSteering
 from grouser.estimators.line_slam.odometry_predictor import OdometryPredictor
+from grouser.estimators.line_slam.scan_aided_predictor import ScanAidedPredictor
 from grouser.estimators.line_slam.source_predictor import SourcePredictor
 from grouser.estimators.track_motion import SideSlip, TrackNoise
 from grouser.estimators.visual.prediction import TrackPredictor
@@ -84,7 +85,10 @@ def _own(
             TrackPredictor(rig.tracks, TrackNoise(), SideSlip(), turn_noise=_TURN_NOISE)
         )
     assert rig.odometry is not None
-    return PredictedMotion(OdometryPredictor(rig.odometry))
+    odometry = OdometryPredictor(rig.odometry)
+    if rig.lidar is None or "lidar" not in observation:
+        return PredictedMotion(odometry)
+    return PredictedMotion(ScanAidedPredictor(odometry, rig.lidar, observation))
 
 
 def _estimated(

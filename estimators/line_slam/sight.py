@@ -1,10 +1,11 @@
 """What shows a robot lines, and when it was looked at last."""
 
 from abc import ABC, abstractmethod
+from typing import ClassVar
 
 from grouser.estimators.base import Observation
 from grouser.estimators.line_slam.endpoint_sensor import measure_lines
-from grouser.estimators.line_slam.extraction import LineExtractor
+from grouser.estimators.line_slam.extraction import ExtractionOptions, LineExtractor
 from grouser.estimators.line_slam.measurements import LineMeasurements
 from grouser.rig import Lidar, Rig
 from grouser.rig_motion import LineSensor
@@ -13,6 +14,9 @@ from grouser.rig_motion import LineSensor
 class Sight(ABC):
     """Lines around a robot, one look after another."""
 
+    of_surfaces: ClassVar[bool]
+    """Whether they are found on surfaces, which are uneven; if not, lines are what they are."""
+
     @abstractmethod
     def lines(self, observation: Observation) -> LineMeasurements | None:
         """What a new look shows; None where the observation holds none."""
@@ -20,6 +24,8 @@ class Sight(ABC):
 
 class EndPointSight(Sight):
     """By a sensor that reports the ends of lines."""
+
+    of_surfaces = False
 
     def __init__(self, sensor: LineSensor) -> None:
         self._sensor = sensor
@@ -33,11 +39,17 @@ class EndPointSight(Sight):
         return measure_lines(observation["lines"], self._sensor)
 
 
+_SHORTEST = 1.0
+"""m (SPEC 2.5): shorter parts are more often things than walls, and tell little of a direction."""
+
+
 class LidarSight(Sight):
     """By a lidar, in whose scans lines are found."""
 
+    of_surfaces = True
+
     def __init__(self, lidar: Lidar) -> None:
-        self._extractor = LineExtractor(lidar)
+        self._extractor = LineExtractor(lidar, ExtractionOptions(min_length=_SHORTEST))
         self._stamp: float | None = None
 
     def lines(self, observation: Observation) -> LineMeasurements | None:

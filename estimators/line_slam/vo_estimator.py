@@ -32,6 +32,7 @@ class VoLineSlam(PoseEstimator, LineMapper):
         jacobians: str = "standard",
         gate: float = 9.21,
         new_above: float = 25.0,
+        unevenness: float | None = None,
         supported_for: float = 0.5,
     ) -> None:
         """
@@ -41,6 +42,8 @@ class VoLineSlam(PoseEstimator, LineMapper):
             jacobians: "standard", "first-estimates" or "right-invariant", as for ekf-line-slam.
             gate: squared innovation over its covariance up to which a line is one of the map's.
             new_above: the same to the nearest, above which a line is new.
+            unevenness: m that walls in scans are off the lines they are taken for; None learns it
+                from how well they fit.
             supported_for: s that a look at lines supports the estimate.
 
         Raises:
@@ -54,6 +57,7 @@ class VoLineSlam(PoseEstimator, LineMapper):
             map=None,
             start_sigma=(0.0, 0.0, 0.0),
             options=LineEkfOptions(AssociationOptions(gate=gate, new_above=new_above)),
+            unevenness=unevenness,
             supported_for=supported_for,
         )
 
