@@ -1,6 +1,7 @@
 """Which line of the map is it that was seen, or is it a new one (SPEC 2.2, data association)."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +43,7 @@ class AssociationOptions:
     @property
     def joint_gate(self) -> float:
         """For two pairs at once: as unlikely as the gate of one."""
-        return float(chi2.isf(chi2.sf(self.gate, 2), 4))
+        return _as_unlikely_for_two(self.gate)
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +124,11 @@ def _sigmas_along(state: LineState, seen: LineMeasurements) -> Array:
     middles = rotate(state.pose[2], seen.ends.mean(axis=1))
     by_heading = C[2, 2] * (middles @ normals(state.lines[:, 1]).T) ** 2
     return np.asarray(np.sqrt(by_position + by_heading))
+
+
+@cache
+def _as_unlikely_for_two(gate: float) -> float:
+    return float(chi2.isf(chi2.sf(gate, 2), 4))
 
 
 def turned_about(covariances: Array, turned: NDArray[np.bool_]) -> Array:

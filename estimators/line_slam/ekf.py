@@ -1,5 +1,6 @@
 """The filter of paper 2: a pose and the lines around it, by (r, alpha) (SPEC 2.2)."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,7 +16,7 @@ from grouser.estimators.line_slam.association import (
 )
 from grouser.estimators.line_slam.end_points import EndPoints
 from grouser.estimators.line_slam.linearization import Linearization, jacobian
-from grouser.estimators.line_slam.lines import lines_in_frame, lines_to_world, points_on
+from grouser.estimators.line_slam.lines import lines_to_world, points_on
 from grouser.estimators.line_slam.map import LineMap
 from grouser.estimators.line_slam.measurements import LineMeasurements
 from grouser.estimators.line_slam.merging import EXACT, MergingOptions, Twins, find_twins
@@ -25,7 +26,7 @@ from grouser.estimators.line_slam.sightings import Sightings
 from grouser.estimators.line_slam.sparse_update import absorb, correct
 from grouser.estimators.line_slam.state import POSE, LineState
 from grouser.estimators.line_slam.unevenness import Unevenness, of_uneven
-from grouser.geometry import Array, wrap
+from grouser.geometry import Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,6 +121,8 @@ class LineEkf:
             matched += believed
             new = left[pairs.new]
             left = np.setdiff1d(left, left[pairs.seen])
+            if not len(left):
+                break
         self.sightings.again(np.array(matched, dtype=np.intp))
         if self._options.learns:
             new = np.intersect1d(new, left)
@@ -160,7 +163,7 @@ class LineEkf:
         return associate(self.state, rows, self.end_points, seen, self._options.association)
 
     def _learn_unevenness(self, by_noise: LineMeasurements, pairs: Pairs) -> None:
-        if not len(pairs.seen):
+        if not len(pairs.seen) or not self.unevenness.learns:
             return
         paired = by_noise[pairs.seen]
         S = pairs.spread.transpose(0, 2, 1, 3).copy()
@@ -180,7 +183,7 @@ class LineEkf:
         self._linearization.begin(state)
         believed: list[tuple[int, int]] = []
         for i, line in zip(pairs.seen.tolist(), pairs.lines.tolist(), strict=True):
-            row = self._linearization.jacobians(state)[line]
+            row = self._linearization.jacobians(state, slice(line, line + 1))[0]
             residual, R = self._innovation(seen.lines[i], seen.covariances[i], line)
             indices = np.array([0, 1, 2, *state.states_of(line)], dtype=np.intp)
             gate = self._options.association.gate
@@ -197,20 +200,22 @@ class LineEkf:
                 used = 0
         absorb(state.buffer, state.size, self._W, used)
         self._linearization.end(state)
+        ends = ends_in_world(seen.ends, state.pose)
         for i, line in believed:
-            ends = ends_in_world(seen.ends[i], state.pose)
             self.end_points.extend(
-                line, state.lines[line], ends, seen.end_sigmas[i], seen.open_ends[i]
+                line, state.lines[line], ends[i], seen.end_sigmas[i], seen.open_ends[i]
             )
         return [line for _, line in believed], d2
 
     def _innovation(self, z: Array, R: Array, line: int) -> tuple[Array, Array]:
         """nu and its R; turned over where the map has the line written the other way about."""
-        h = lines_in_frame(self.state.lines[line], self.state.pose)
-        nu = np.array([z[0] - h[0], wrap(z[1] - h[1])])
-        if abs(nu[1]) <= np.pi / 2 or self._options.association.two_sided:
-            return nu, R
-        return np.array([-z[0] - h[0], wrap(nu[1] + np.pi)]), R * _TURNED_OVER
+        r, alpha = self.state.lines[line].tolist()
+        x, y, heading = self.state.pose.tolist()
+        h = r - x * math.cos(alpha) - y * math.sin(alpha)
+        turn = math.remainder(float(z[1]) - alpha + heading, math.tau)
+        if abs(turn) <= math.pi / 2 or self._options.association.two_sided:
+            return np.array([z[0] - h, turn]), R
+        return np.array([-z[0] - h, math.remainder(turn + math.pi, math.tau)]), R * _TURNED_OVER
 
     def _insert(self, seen: LineMeasurements) -> None:
         """New lines: a = a_l + heading, r = r_l + x cos a + y sin a."""

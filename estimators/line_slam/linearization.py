@@ -17,11 +17,13 @@ from abc import ABC, abstractmethod
 import numpy as np
 
 from grouser.checks import did_you_mean
-from grouser.estimators.line_slam.lines import normals, tangents
+from grouser.estimators.line_slam.lines import normals
 from grouser.estimators.line_slam.motion import Step
 from grouser.estimators.line_slam.sparse_update import shear
 from grouser.estimators.line_slam.state import POSE, LineState
 from grouser.geometry import Array, rotate, wrap
+
+_ALL = slice(None)
 
 
 class Linearization(ABC):
@@ -37,8 +39,8 @@ class Linearization(ABC):
         """Corrections of one scan follow, on this state."""
 
     @abstractmethod
-    def jacobians(self, state: LineState) -> Array:
-        """(n, 4) cos a0, sin a0, g, c of every line."""
+    def jacobians(self, state: LineState, lines: slice = _ALL) -> Array:
+        """(n, 4) cos a0, sin a0, g, c of every line, or of some."""
 
     @abstractmethod
     def correct(self, state: LineState, change: Array) -> None:
@@ -66,8 +68,8 @@ class AtTheEstimate(Linearization):
     def begin(self, state: LineState) -> None:
         """Nothing is fixed."""
 
-    def jacobians(self, state: LineState) -> Array:
-        return at(state.lines[:, 1], state.pose)
+    def jacobians(self, state: LineState, lines: slice = _ALL) -> Array:
+        return at(state.lines[lines, 1], state.pose)
 
     def correct(self, state: LineState, change: Array) -> None:
         add(state, change)
@@ -100,8 +102,8 @@ class FirstEstimates(Linearization):
     def begin(self, state: LineState) -> None:
         self._pose = state.pose.copy()
 
-    def jacobians(self, state: LineState) -> Array:
-        return at(self._alpha, self._pose)
+    def jacobians(self, state: LineState, lines: slice = _ALL) -> Array:
+        return at(self._alpha[lines], self._pose)
 
     def correct(self, state: LineState, change: Array) -> None:
         add(state, change)
@@ -139,10 +141,10 @@ class RightInvariant(Linearization):
     def begin(self, state: LineState) -> None:
         self._pose, self._alpha = state.pose.copy(), state.lines[:, 1].copy()
 
-    def jacobians(self, state: LineState) -> Array:
+    def jacobians(self, state: LineState, lines: slice = _ALL) -> Array:
         # Of e at the latest estimate, [1 c; 0 1], times J^-1 at the one where the scan began.
-        rows = at(self._alpha, self._pose)
-        c = at(state.lines[:, 1], state.pose)[:, 3]
+        rows = at(self._alpha[lines], self._pose)
+        c = at(state.lines[lines, 1], state.pose)[:, 3]
         rows[:, 2] = rows[:, 3] - c
         rows[:, 3] = c
         return rows
@@ -176,9 +178,12 @@ class RightInvariant(Linearization):
 
 def at(alpha: Array, pose: Array) -> Array:
     """(n, 4) the derivative's numbers where lines have directions (n,) and the pose is (3,)."""
-    n = normals(alpha)
-    levers = -tangents(alpha) @ pose[:2]
-    return np.column_stack([n, np.zeros(len(n)), levers])
+    out = np.zeros((len(alpha), 4))
+    c, s = out[:, 0], out[:, 1]
+    np.cos(alpha, out=c)
+    np.sin(alpha, out=s)
+    out[:, 3] = pose[0] * s - pose[1] * c
+    return out
 
 
 def jacobian(row: Array) -> Array:

@@ -16,13 +16,19 @@ from grouser.geometry import Array, wrap
 def normals(alpha: ArrayLike) -> Array:
     """(..., 2) unit normals."""
     alpha = np.asarray(alpha, dtype=np.float64)
-    return np.stack([np.cos(alpha), np.sin(alpha)], axis=-1)
+    out = np.empty((*alpha.shape, 2))
+    np.cos(alpha, out=out[..., 0])
+    np.sin(alpha, out=out[..., 1])
+    return out
 
 
 def tangents(alpha: ArrayLike) -> Array:
     """(..., 2) unit tangents, a quarter turn to the left of the normals."""
     alpha = np.asarray(alpha, dtype=np.float64)
-    return np.stack([-np.sin(alpha), np.cos(alpha)], axis=-1)
+    out = np.empty((*alpha.shape, 2))
+    np.negative(np.sin(alpha), out=out[..., 0])
+    np.cos(alpha, out=out[..., 1])
+    return out
 
 
 def line_through(a: ArrayLike, b: ArrayLike) -> Array:

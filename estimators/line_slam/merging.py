@@ -76,14 +76,21 @@ def find_twins(
 def _candidates(
     lines: Array, extents: Array, line: int, options: MergingOptions, two_sided: bool
 ) -> NDArray[np.intp]:
-    """Lines that point the same way and lie beside it."""
-    turn = np.abs(wrap(lines[:, 1] - lines[line, 1]))
-    same = np.cos(turn) > np.cos(_ROUGHLY) if two_sided else np.abs(np.cos(turn)) > np.cos(_ROUGHLY)
-    places = np.where((np.cos(turn) < 0)[:, None], -extents[:, ::-1], extents)
+    """Lines that point the same way, lie beside it, and no farther from it than a difference that
+    is known well enough may be."""
+    r, alpha = lines[:, 0], lines[:, 1]
+    cosine = np.cos(alpha - alpha[line])
+    same = cosine > np.cos(_ROUGHLY) if two_sided else np.abs(cosine) > np.cos(_ROUGHLY)
+    flipped = cosine < 0
+    first = np.where(flipped, -extents[:, 1], extents[:, 0])
+    last = np.where(flipped, -extents[:, 0], extents[:, 1])
     low, high = extents[line] + np.array([-options.slack, options.slack])
-    near = (places[:, 0] <= high) & (places[:, 1] >= low)
+    same &= (first <= high) & (last >= low)
+    middles = 0.5 * (np.maximum(first, extents[line, 0]) + np.minimum(last, extents[line, 1]))
+    apart = r - (r[line] * cosine + middles * np.sin(alpha - alpha[line]))
+    same &= np.abs(apart) < np.sqrt(options.gate) * options.known_to + _CURVED
     same[line] = False
-    return np.nonzero(same & near)[0]
+    return np.nonzero(same)[0]
 
 
 def _twins(state: LineState, kept: int, gone: int) -> Twins:
@@ -110,3 +117,4 @@ EXACT = 1e-8 * np.eye(2)
 """(2, 2) how well the difference of two lines that are one is known: zero, but for rounding."""
 
 _ROUGHLY = 0.3  # rad
+_CURVED = 0.1  # m: of an offset, what its derivative may miss

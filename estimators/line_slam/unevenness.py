@@ -23,6 +23,11 @@ class Unevenness:
         self._log_weights = np.zeros(len(self._squares))
 
     @property
+    def learns(self) -> bool:
+        """Whether it is not known."""
+        return len(self._squares) > 1
+
+    @property
     def variance(self) -> float:
         """m^2, the mean over the candidates as likely as they are."""
         weights = np.exp(self._log_weights - self._log_weights.max())
@@ -48,8 +53,6 @@ class Unevenness:
             S: (2k, 2k) their covariance, if walls were even.
             of_one: (k, 2, 2) what an unevenness of 1 m adds to that of each.
         """
-        if len(self._squares) == 1:
-            return
         k = len(of_one)
         added = np.zeros((2 * k, 2 * k))
         for i in range(k):

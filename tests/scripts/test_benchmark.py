@@ -21,6 +21,7 @@ from grouser.scripts.benchmark import Benchmark, measure
                 "line_slam.bisection_over_points",
                 "line_slam.closed_1e5_ms",
                 "line_slam.extraction_360_ms",
+                "line_slam.update_n1000_ms",
             },
         ),
     ],

@@ -53,7 +53,7 @@ def test_it_is_learnt_although_the_pose_is_off_too(sigma: float) -> None:
 
 def test_what_is_known_is_not_learnt() -> None:
     even = Unevenness(0.0)
-    even.learn(np.full(4, 1.0), np.eye(4), of_uneven(seen()))
+    assert not even.learns and Unevenness().learns
     assert even.sigma == 0 and even.widened(seen()).covariances == pytest.approx(seen().covariances)
     assert Unevenness(0.02).sigma == pytest.approx(0.02)
 
