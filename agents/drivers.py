@@ -5,12 +5,17 @@ from pathlib import Path
 from typing import Final
 
 from grouser.agents.driver import Driver
+from grouser.agents.dynamic_window import DynamicWindow
 from grouser.agents.learned import LearnedDriver
 from grouser.agents.pursuit import Pursuit
 from grouser.agents.straight import Straight
 from grouser.checks import did_you_mean
 
-CLASSICAL: Final[Mapping[str, Callable[[], Driver]]] = {"straight": Straight, "pursuit": Pursuit}
+CLASSICAL: Final[Mapping[str, Callable[[], Driver]]] = {
+    "straight": Straight,
+    "pursuit": Pursuit,
+    "dynamic-window": DynamicWindow,
+}
 """Drivers that need no training."""
 
 PRETRAINED: Final = "pretrained"

@@ -47,6 +47,13 @@ def test_straight_at_the_goal_works_in_the_open_alone() -> None:
     assert "collision" in ends
 
 
+def test_by_lidar_alone_it_goes_around_what_it_sees() -> None:
+    straight = outcomes("straight", seeds=8, estimator="ground-truth")
+    around = outcomes("dynamic-window", seeds=8, estimator="ground-truth")
+    assert straight.count("success") < around.count("success")
+    assert around.count("success") >= 5  # boxes lower than the lidar are not seen
+
+
 @pytest.mark.parametrize("name", CLASSICAL)
 def test_a_lost_robot_stands_still(name: str) -> None:
     driver = make_driver(name)

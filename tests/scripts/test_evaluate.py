@@ -66,7 +66,7 @@ def cluster() -> Iterator[str]:
 
 
 def test_a_ray_cluster_changes_no_byte(tmp_path: Path, cluster: str) -> None:
-    common = [*FAST, *PAIR, "--episodes", 2, "--output"]
+    common = [*FAST, *PAIR, "--episodes", 1, "--time-limit", 10, "--output"]
     assert run(*common, tmp_path / "a") == 0
     assert run(*common, tmp_path / "b", "--ray", cluster) == 0
     for name in ("results.json", "episodes.json"):
