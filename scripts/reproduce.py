@@ -32,8 +32,8 @@ class Reproduce:
     """
 
     paper: tyro.conf.Positional[Literal["zhao", "yan"]]
-    """Which paper: zhao, one-point RANSAC visual odometry for a crawler robot (more than an hour);
-    yan, EKF SLAM with lines that are seen by bisection (ten minutes)."""
+    """Which paper: zhao, one-point RANSAC visual odometry for a crawler robot (up to an hour);
+    yan, EKF SLAM with lines that are seen by bisection (a quarter of an hour)."""
     quick: bool = False
     """Little of everything, to see that it works; the numbers then mean little."""
     estimators: Annotated[tuple[str, ...], _arg("NAME ...")] = ()

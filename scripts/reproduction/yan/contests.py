@@ -4,11 +4,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from grouser.scripts.reproduction.experiment import Experiment, Outcome, Outcomes
+from grouser.scripts.reproduction.experiment import Outcome, Outcomes
 from grouser.scripts.reproduction.figures import Figures, named
 from grouser.scripts.reproduction.page import Cell, Number, Paragraph, Row, Section, Table
 from grouser.scripts.reproduction.yan.forms import CORRECTED, FORMS, RIVALS, Form
-from grouser.scripts.reproduction.yan.monte_carlo import MonteCarlo
+from grouser.scripts.reproduction.yan.monte_carlo import MonteCarlo, blocks
 from grouser.scripts.reproduction.yan.paper import WORLDS
 from grouser.scripts.reproduction.yan.scale import Scale
 
@@ -19,15 +19,16 @@ _WORDS = {"normal": "in the normal run", "over_range": "in the over-range run"}
 
 
 def contest_name(world: str) -> str:
-    """Of a world's experiment."""
+    """The label of a world's drives."""
     return f"forms-{WORLDS[world]}"
 
 
-def contest_experiments(scale: Scale) -> list[Experiment]:
+def contest_experiments(scale: Scale) -> list[MonteCarlo]:
     """The start is known exactly, as in the paper."""
     return [
-        MonteCarlo(contest_name(world), WORLDS[world], CONTESTANTS[world], scale.runs)
+        block
         for world in WORLDS
+        for block in blocks(contest_name(world), WORLDS[world], CONTESTANTS[world], scale.runs)
     ]
 
 

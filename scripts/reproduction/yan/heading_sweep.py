@@ -8,13 +8,13 @@ import numpy as np
 
 from grouser.geometry import Array
 from grouser.scripts.reproduction.drawing import finish, new_figure, styles
-from grouser.scripts.reproduction.experiment import Experiment, Outcome, Outcomes
+from grouser.scripts.reproduction.experiment import Outcome, Outcomes
 from grouser.scripts.reproduction.figures import Figures, named
 from grouser.scripts.reproduction.page import Cell, Number, Paragraph, Picture, Row, Section, Table
 from grouser.scripts.reproduction.yan.contests import contest_name
 from grouser.scripts.reproduction.yan.forms import CORRECTED, FORMS
 from grouser.scripts.reproduction.yan.honesty import bounds, leaves_at
-from grouser.scripts.reproduction.yan.monte_carlo import MonteCarlo
+from grouser.scripts.reproduction.yan.monte_carlo import MonteCarlo, blocks
 from grouser.scripts.reproduction.yan.paper import WORLDS
 from grouser.scripts.reproduction.yan.scale import Scale
 
@@ -26,12 +26,13 @@ _SHOWN_DEG = 10.0
 _MEASURES = {"nees": "differences", "plane_nees": "the plane's motion"}
 
 
-def sweep_experiments(scale: Scale) -> list[Experiment]:
-    """One for each heading uncertainty; that of the exact start is among the contests."""
+def sweep_experiments(scale: Scale) -> list[MonteCarlo]:
+    """At each heading uncertainty; the exact start is among the contests."""
     return [
-        MonteCarlo(_name(deg), WORLDS[_WORLD], FORMS, scale.runs, float(np.radians(deg)))
+        block
         for deg in scale.start_sigmas_deg
         if deg
+        for block in blocks(_name(deg), WORLDS[_WORLD], FORMS, scale.runs, float(np.radians(deg)))
     ]
 
 

@@ -1,6 +1,6 @@
 """Many drives through the same course, with noise of their own, watched by every form."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,45 +11,46 @@ from grouser.estimators.evaluation.comparison import Run
 from grouser.estimators.evaluation.consistency import nees
 from grouser.estimators.line_slam.map import LineMapper
 from grouser.geometry import Array, compose, wrap
-from grouser.scripts.reproduction.experiment import Experiment, OnPart, Outcome
+from grouser.scripts.reproduction.experiment import Experiment, OnPart, Outcome, Outcomes
 from grouser.scripts.reproduction.yan.drives import line_world, rig_of, watch
 from grouser.scripts.reproduction.yan.forms import Form, make_form
 from grouser.scripts.reproduction.yan.honesty import plane_nees
 from grouser.scripts.reproduction.yan.maps import map_errors
 from grouser.scripts.reproduction.yan.paper import OBSERVING_EVERY
 
+_BLOCK = 5
 _STARTS = 1
 """Sets the draws of the start apart from those of the drive."""
 
 
 @dataclass(frozen=True, slots=True)
 class MonteCarlo(Experiment):
-    """Forms that look on, in one world; how well the heading of the start is known."""
+    """A block of drives, and forms that look on; how well the heading of the start is known."""
 
     label: str
     world: str
     forms: Mapping[str, Form]
-    runs: int
+    seeds: tuple[int, ...]
     start_sigma: float = 0.0
     """rad: the filters are told it, and the start is turned by so much at random."""
 
     @property
     def name(self) -> str:
-        return self.label
+        return f"{self.label}-{self.seeds[0]}"
 
     @property
     def parts(self) -> int:
-        return self.runs
+        return len(self.seeds)
 
     @property
     def measures_time(self) -> bool:
         return False
 
     def run(self, on_part: OnPart) -> Outcome:
-        """`FORM.FIGURE` (runs, looks) or (runs,), as `_over_time`, `_in_all` and
+        """`FORM.FIGURE` (seeds, looks) or (seeds,), as `_over_time`, `_in_all` and
         `_of_map` have them."""
         kept: dict[str, list[Array | float]] = {}
-        for seed in range(self.runs):
+        for seed in self.seeds:
             for name, values in self._drive(seed).items():
                 for figure, value in values.items():
                     kept.setdefault(f"{name}.{figure}", []).append(value)
@@ -96,6 +97,25 @@ class MonteCarlo(Experiment):
             "line_alpha": errors.alpha,
             "third_end": errors.third_end,
         }
+
+
+def blocks(
+    label: str, world: str, forms: Mapping[str, Form], runs: int, start_sigma: float = 0.0
+) -> list[MonteCarlo]:
+    """So many drives, a few at a time: what is interrupted loses only those."""
+    seeds = [tuple(range(at, min(at + _BLOCK, runs))) for at in range(0, runs, _BLOCK)]
+    return [MonteCarlo(label, world, forms, of_block, start_sigma) for of_block in seeds]
+
+
+def joined(outcomes: Outcomes, experiments: Sequence[MonteCarlo]) -> Outcomes:
+    """The blocks' outcomes, by labels."""
+    by_label: dict[str, list[Outcome]] = {}
+    for experiment in experiments:
+        by_label.setdefault(experiment.label, []).append(outcomes[experiment.name])
+    return {
+        label: {name: np.concatenate([block[name] for block in of_label]) for name in of_label[0]}
+        for label, of_label in by_label.items()
+    }
 
 
 def _over_time(run: Run, truth: Array) -> dict[str, Array | float]:

@@ -50,9 +50,8 @@ class FarthestVisible(Experiment):
         return farthest
 
 
-def over_range_figures(outcomes: Outcomes) -> Figures:
+def over_range_figures(visible: Outcome, drives: Outcomes) -> Figures:
     """What was visible, and where the maps end."""
-    visible = outcomes[NAME]
     figures: Figures = {
         "noise_free_end_m": float(visible["over_range"]),
         "noise_free_end_every_step_m": float(visible["every_step"]),
@@ -60,7 +59,7 @@ def over_range_figures(outcomes: Outcomes) -> Figures:
         **{f"true_end.{world}_m": x for world, x in _TRUE_END.items()},
     }
     for world in WORLDS:
-        outcome = outcomes[contest_name(world)]
+        outcome = drives[contest_name(world)]
         for form in FORMS:
             ends = outcome[f"{form}.third_end"]
             ends = ends[np.isfinite(ends)]

@@ -25,9 +25,11 @@ from grouser.scripts.reproduction.yan.heading_sweep import (
     sweep_figures,
     sweep_section,
 )
+from grouser.scripts.reproduction.yan.monte_carlo import MonteCarlo, joined
 from grouser.scripts.reproduction.yan.observer_cases import NAME as CASES
 from grouser.scripts.reproduction.yan.observer_cases import ObserverCases, observer_figures
 from grouser.scripts.reproduction.yan.observer_times import ObserverTimes
+from grouser.scripts.reproduction.yan.over_range import NAME as VISIBLE
 from grouser.scripts.reproduction.yan.over_range import (
     FarthestVisible,
     over_range_figures,
@@ -62,8 +64,7 @@ class Yan(Paper):
             ObserverTimes(scale.rounds, scale.timed_steps),
             ObserverTimes(scale.interpreted_rounds, scale.timed_steps, interpreted=True),
             *trajectory_experiments(),
-            *contest_experiments(scale),
-            *sweep_experiments(scale),
+            *self._drives(),
             FarthestVisible(),
             ObserverCases(scale.cases),
             ErrataExperiment(scale.jacobian_points),
@@ -71,12 +72,13 @@ class Yan(Paper):
 
     def figures(self, outcomes: Outcomes) -> Figures:
         """Every number that the page may show, the paper's own among them."""
+        drives = joined(outcomes, self._drives())
         figures = (
             paper_figures()
             | trajectory_figures(outcomes)
-            | contest_figures(outcomes)
-            | sweep_figures(outcomes, self.scale)
-            | over_range_figures(outcomes)
+            | contest_figures(drives)
+            | sweep_figures(drives, self.scale)
+            | over_range_figures(outcomes[VISIBLE], drives)
             | table_1_figures(outcomes, self.scale)
             | observer_figures(outcomes[CASES])
             | errata_figures(outcomes[ERRATA])
@@ -93,12 +95,15 @@ class Yan(Paper):
                 table_1_section(),
                 over_range_section(),
                 contest_section(figures),
-                sweep_section(outcomes, self.scale),
+                sweep_section(joined(outcomes, self._drives()), self.scale),
                 errata_section(),
             ],
             f"Made by `grouser reproduce yan`, Grouser {__version__}. Every number here is in "
             "results.json, under the name that shows when the pointer rests on it.",
         )
+
+    def _drives(self) -> list[MonteCarlo]:
+        return [*contest_experiments(self.scale), *sweep_experiments(self.scale)]
 
     def _introduction(self) -> list[Element]:
         """What this is, and the summary."""

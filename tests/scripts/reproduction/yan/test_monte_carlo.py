@@ -6,7 +6,7 @@ import pytest
 from grouser.scripts.reproduction.experiment import Outcome
 from grouser.scripts.reproduction.yan.drives import course
 from grouser.scripts.reproduction.yan.forms import FORMS, RIVALS
-from grouser.scripts.reproduction.yan.monte_carlo import MonteCarlo
+from grouser.scripts.reproduction.yan.monte_carlo import MonteCarlo, blocks, joined
 from grouser.scripts.reproduction.yan.paper import OBSERVING_EVERY
 
 SIGMA = 0.3
@@ -14,7 +14,7 @@ FORM = "right-invariant"
 
 
 def run(forms: dict, **options: float) -> Outcome:  # type: ignore[type-arg]
-    return MonteCarlo("test", "yan-normal", forms, 1, **options).run(lambda: None)
+    return MonteCarlo("test", "yan-normal", forms, (0,), **options).run(lambda: None)
 
 
 @pytest.fixture(scope="module")
@@ -47,3 +47,11 @@ def test_a_start_that_is_turned_stays_so(exact: Outcome, turned: Outcome) -> Non
     assert turned[f"{FORM}.heading_sigma"].min() > 0.95 * SIGMA
     assert exact[f"{FORM}.heading_rms"] < 0.02
     assert f"{FORM}.third_end" not in turned, "the map's frame is not known"
+
+
+def test_blocks_are_joined_in_order() -> None:
+    made = blocks("drives", "yan-normal", FORMS, 12)
+    assert [seed for block in made for seed in block.seeds] == list(range(12))
+    assert len({block.name for block in made}) == len(made) > 1
+    outcomes = {block.name: {"x": np.array(block.seeds)} for block in made}
+    np.testing.assert_array_equal(joined(outcomes, made)["drives"]["x"], np.arange(12))

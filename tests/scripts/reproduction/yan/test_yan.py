@@ -76,7 +76,7 @@ def test_what_holds_with_two_drives_already(folder: Path) -> None:
 
 def test_what_was_lost_is_done_again_and_is_the_same(folder: Path) -> None:
     before = results_of(folder)
-    for name in ("trajectory-yan-normal", "errata", "heading-10-deg"):
+    for name in ("trajectory-yan-normal", "errata", "heading-10-deg-0"):
         (folder / "experiments" / f"{name}.npz").unlink()
     (folder / "page.html").unlink()
     assert reproduce(folder, "--resume") == 0
