@@ -1,7 +1,7 @@
 """How sure the filters are of what nobody can see: NEES and NIS over time, and against how well
 the heading of the start is known."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from grouser.scripts.reproduction.experiment import Outcome, Outcomes
 from grouser.scripts.reproduction.figures import Figures, named
 from grouser.scripts.reproduction.page import Cell, Number, Paragraph, Picture, Row, Section, Table
 from grouser.scripts.reproduction.yan.contests import contest_name
-from grouser.scripts.reproduction.yan.forms import CORRECTED, FORMS
+from grouser.scripts.reproduction.yan.forms import CORRECTED, FORMS, PRINTED
 from grouser.scripts.reproduction.yan.honesty import bounds, leaves_at
 from grouser.scripts.reproduction.yan.monte_carlo import MonteCarlo, blocks
 from grouser.scripts.reproduction.yan.paper import WORLDS
@@ -23,6 +23,9 @@ _DOF, _LINE_DOF = 3, 2
 _SHOWN_DEG = 10.0
 """At which NEES over time is drawn, besides that of the exact start."""
 
+_SWEPT = {name: form for name, form in FORMS.items() if name != PRINTED}
+"""The printed form is not honest even where the start is known exactly."""
+
 _MEASURES = {"nees": "differences", "plane_nees": "the plane's motion"}
 
 
@@ -32,7 +35,7 @@ def sweep_experiments(scale: Scale) -> list[MonteCarlo]:
         block
         for deg in scale.start_sigmas_deg
         if deg
-        for block in blocks(_name(deg), WORLDS[_WORLD], FORMS, scale.runs, float(np.radians(deg)))
+        for block in blocks(_name(deg), WORLDS[_WORLD], _SWEPT, scale.runs, float(np.radians(deg)))
     ]
 
 
@@ -49,16 +52,15 @@ def sweep_figures(outcomes: Outcomes, scale: Scale) -> Figures:
             "shown_deg": _SHOWN_DEG,
         },
     )
-    amounts = np.array(scale.start_sigmas_deg)
     for form in FORMS:
         means: dict[str, list[float]] = {measure: [] for measure in _MEASURES}
-        for deg in scale.start_sigmas_deg:
+        for deg in (amounts := _amounts(form, scale)):
             values = _level_values(outcomes[_name(deg)], form, low, high)
             figures |= named(f"heading_{deg:g}_deg.{form}", values)
             for measure in _MEASURES:
                 means[measure].append(values[measure])
         left = {
-            f"{measure}_leaves_at_deg": leaves_at(amounts, np.array(means[measure]), low, high)
+            f"{measure}_leaves_at_deg": leaves_at(amounts, means[measure], low, high)
             for measure in _MEASURES
         }
         exact = outcomes[_name(0.0)]
@@ -105,6 +107,11 @@ _SWEEP = (
 )
 
 
+def _amounts(form: str, scale: Scale) -> list[float]:
+    """Heading uncertainties [deg] at which a form was watched."""
+    return [deg for deg in scale.start_sigmas_deg if form in _SWEPT or not deg]
+
+
 def _name(deg: float) -> str:
     return f"heading-{deg:g}-deg" if deg else contest_name(_WORLD)
 
@@ -141,17 +148,18 @@ def _over_time_picture(outcomes: Outcomes, scale: Scale) -> Picture:
     low, high = bounds(_DOF * scale.runs, scale.runs)
     stamps = exact[f"{CORRECTED}.stamps"][0]
     shown = outcomes[_name(_SHOWN_DEG)]
-    panels: list[tuple[Any, str, Callable[[str], Array]]] = [
-        (axes[0, 0], "NEES, start known exactly", lambda f: _mean(exact[f"{f}.nees"])),
-        (axes[1, 0], f"NEES of differences, heading of the start to {_SHOWN_DEG:g} deg",
+    panels: list[tuple[Any, str, Iterable[str], Callable[[str], Array]]] = [
+        (axes[0, 0], "NEES, start known exactly", FORMS, lambda f: _mean(exact[f"{f}.nees"])),
+        (axes[1, 0], f"NEES of differences, heading of the start to {_SHOWN_DEG:g} deg", _SWEPT,
          lambda f: _mean(shown[f"{f}.nees"])),
-        (axes[1, 1], f"NEES of the plane's motion, {_SHOWN_DEG:g} deg",
+        (axes[1, 1], f"NEES of the plane's motion, {_SHOWN_DEG:g} deg", _SWEPT,
          lambda f: _mean(shown[f"{f}.plane_nees"])),
     ]  # fmt: skip
-    for area, title, values in panels:
+    style = styles(list(FORMS))
+    for area, title, forms, values in panels:
         area.axhspan(low, high, color="k", alpha=0.12, lw=0)
-        for form, style in styles(list(FORMS)).items():
-            area.plot(stamps, values(form), lw=1.2, label=form, **style)
+        for form in forms:
+            area.plot(stamps, values(form), lw=1.2, label=form, **style[form])
         area.set_yscale("log")
         finish(area, x="time [s]", y="NEES", title=title, legend=area is axes[0, 0])
     _nis_panel(axes[0, 1], exact)
@@ -177,8 +185,10 @@ def _sweep_table(scale: Scale) -> Table:
     rows = []
     for form, contestant in FORMS.items():
         for measure, words in _MEASURES.items():
+            watched = _amounts(form, scale)
             cells: list[Cell] = [
-                Number(f"heading_{deg:g}_deg.{form}.{measure}", 1) for deg in scale.start_sigmas_deg
+                Number(f"heading_{deg:g}_deg.{form}.{measure}", 1) if deg in watched else ""
+                for deg in scale.start_sigmas_deg
             ]
             cells.append(Number(f"honesty.{form}.{measure}_leaves_at_deg", 1))
             rows.append(Row(f"{contestant.words}: {words}", cells))
@@ -194,8 +204,8 @@ def _sweep_table(scale: Scale) -> Table:
 def _sweep_picture(outcomes: Outcomes, scale: Scale) -> Picture:
     figure, axes = new_figure(11, 3.4, 1, 3)
     low, high = bounds(_DOF * scale.runs, scale.runs)
-    degrees = np.array(scale.start_sigmas_deg)
     for form, style in styles(list(FORMS)).items():
+        degrees = _amounts(form, scale)
         values = [_level_values(outcomes[_name(deg)], form, low, high) for deg in degrees]
         for area, key in zip(axes[0], ("nees", "plane_nees", "heading_sigma_end_deg"), strict=True):
             area.plot(degrees, [v[key] for v in values], marker="o", ms=3.5, label=form, **style)
@@ -203,7 +213,8 @@ def _sweep_picture(outcomes: Outcomes, scale: Scale) -> Picture:
         area.axhspan(low, high, color="k", alpha=0.12, lw=0)
         area.set_yscale("log")
         finish(area, x="heading of the start, sigma [deg]", y="NEES", title=title)
-    axes[0, 2].plot(degrees, degrees, "k", lw=4, alpha=0.2, label="what can be known")
+    ideal = [0.0, max(scale.start_sigmas_deg)]
+    axes[0, 2].plot(ideal, ideal, "k", lw=4, alpha=0.2, label="what can be known")
     finish(
         axes[0, 2],
         x="heading of the start, sigma [deg]",

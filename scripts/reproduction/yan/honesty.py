@@ -6,6 +6,8 @@ about the start, with everything on it, and of such errors the places make up a 
 ellipse. Then no covariance of differences is honest, but that of the plane's motion can be.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.stats import chi2
 
@@ -33,15 +35,15 @@ def bounds(dof: float, runs: int, confidence: float = 0.95) -> tuple[float, floa
     return float(low), float(high)
 
 
-def leaves_at(amounts: Array, values: Array, low: float, high: float) -> float:
+def leaves_at(amounts: Sequence[float], values: Sequence[float], low: float, high: float) -> float:
     """The amount at which values leave an interval: the first beyond which they are outside,
     linearly between the last inside and it; NaN where they stay."""
-    outside = ~((values >= low) & (values <= high))
-    if not outside.any():
+    first = next((k for k, value in enumerate(values) if not low <= value <= high), None)
+    if first is None:
         return float("nan")
-    first = int(np.argmax(outside))
     if first == 0:
-        return float(amounts[0])
+        return amounts[0]
     limit = high if values[first] > high else low
     a, b = values[first - 1], values[first]
-    return float(amounts[first - 1] + (amounts[first] - amounts[first - 1]) * (limit - a) / (b - a))
+    before, there = amounts[first - 1], amounts[first]
+    return before + (there - before) * (limit - a) / (b - a)

@@ -9,7 +9,7 @@ class Scale:
 
     runs: int = 50
     """Of the Monte Carlo: drives through the course, with noise of their own."""
-    start_sigmas_deg: tuple[float, ...] = (0.0, 2.0, 3.0, 4.0, 6.0, 10.0, 15.0, 20.0, 30.0)
+    start_sigmas_deg: tuple[float, ...] = (0.0, 2.0, 4.0, 7.0, 10.0, 20.0, 30.0)
     """How well the heading of the start is known; the first is the paper's."""
     rounds: int = 3
     """Of table 1, which has so many rows a world."""

@@ -48,8 +48,8 @@ def test_bounds_hold_what_they_say() -> None:
 
 
 def test_where_values_leave() -> None:
-    amounts = np.array([0.0, 1.0, 2.0, 4.0])
-    assert leaves_at(amounts, np.array([3.0, 3.0, 3.0, 5.0]), 2.0, 4.0) == pytest.approx(3.0)
-    assert leaves_at(amounts, np.array([3.0, 3.0, 1.0, 3.0]), 2.0, 4.0) == pytest.approx(1.5)
-    assert leaves_at(amounts, np.array([9.0, 3.0, 3.0, 3.0]), 2.0, 4.0) == 0.0
-    assert np.isnan(leaves_at(amounts, np.full(4, 3.0), 2.0, 4.0))
+    amounts = [0.0, 1.0, 2.0, 4.0]
+    assert leaves_at(amounts, [3.0, 3.0, 3.0, 5.0], 2.0, 4.0) == pytest.approx(3.0)
+    assert leaves_at(amounts, [3.0, 3.0, 1.0, 3.0], 2.0, 4.0) == pytest.approx(1.5)
+    assert leaves_at(amounts, [9.0, 3.0, 3.0, 3.0], 2.0, 4.0) == 0.0
+    assert np.isnan(leaves_at(amounts, [3.0] * 4, 2.0, 4.0))
