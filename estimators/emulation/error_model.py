@@ -41,9 +41,10 @@ class ErrorModel:
     runs: int
     """How many were fitted to."""
     bias_mean: Array
-    """(3, 4) systematic error of x, y, heading (rows) by FEATURES (columns), the same always."""
+    """(2, 3, 4) systematic error of x, y, heading (rows) by FEATURES (columns), the same always:
+    while the status is TRACKING, and while it is another."""
     bias_sigma: Array
-    """(3, 4) how much that varies from episode to episode."""
+    """(2, 3, 4) how much that varies from episode to episode."""
     correction: Array
     """(3,) share of the error in x, y, heading that a step takes back, while TRACKING."""
     growth: Array
@@ -99,8 +100,8 @@ class ErrorModel:
 
 
 _SHAPES: Final[Mapping[str, tuple[int, ...]]] = {
-    "bias_mean": (3, 4),
-    "bias_sigma": (3, 4),
+    "bias_mean": (2, 3, 4),
+    "bias_sigma": (2, 3, 4),
     "correction": (3,),
     "growth": (3, 3, 3),
     "jitter": (3, 3),

@@ -46,7 +46,7 @@ class Emulated(PoseEstimator):
         model = self._model
         self._rng = rng
         self._start = np.array(observation["true_pose"], dtype=np.float64)
-        bias = model.bias_mean + model.bias_sigma * rng.standard_normal((3, 4))
+        bias = model.bias_mean + model.bias_sigma * rng.standard_normal((2, 3, 4))
         self._process = ErrorProcess(model, bias, np.zeros(3))
         self._status = _drawn(np.cumsum(model.first_status), rng)
         return self._told(observation, np.zeros(3), np.zeros((3, 3)))

@@ -10,9 +10,10 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from grouser.estimators.emulation.error_model import STATUSES, ErrorModel
+from grouser.estimators.emulation.error_model import FEATURES, STATUSES, ErrorModel
 from grouser.estimators.emulation.process import modelled_sigmas, on_the_spot
 from grouser.estimators.emulation.record import Record, require_alike, sigmas
 from grouser.geometry import Array, between
@@ -25,6 +26,8 @@ _SIGNIFICANT: Final = 3.0
 """Sigmas by which a correction must differ from none: any random walk seems to be drawn back."""
 _FEWEST: Final = 100
 """A status seen in fewer windows shares the noise of all."""
+_FEWEST_FOR_BIAS: Final = 20
+"""Windows that tell systematic errors: of a run, or, where its are fewer, of all together."""
 _SETTLED: Final = 20
 """Frames after which told sigmas are compared; at the start they are zero."""
 
@@ -81,21 +84,34 @@ def _windows(values: Array, n: int) -> Array:
     return np.asarray(values[:whole].reshape(-1, n, *values.shape[1:]).sum(axis=1))
 
 
+def _windows_in(values: Array, record: Record, mode: int) -> Array:
+    """Sums over those windows of _WINDOW steps in which the robot tracks (mode 0) all the time, or
+    does not (mode 1)."""
+    here = (_mode(record) == mode).astype(np.float64)
+    return np.asarray(_windows(values, _WINDOW)[_windows(here, _WINDOW) == _WINDOW])
+
+
+def _mode(record: Record) -> NDArray[np.int64]:
+    """(N - 1,) 0 in steps that end TRACKING, 1 in others."""
+    return np.asarray(record.status[1:] != 0, dtype=np.int64)
+
+
 def _correction(records: Sequence[Record]) -> Array:
     """(3,) the share of the error that a step takes back: of its regression beside systematic
     errors that each run has of its own."""
-    correction = np.zeros(3)
+    correction, n = np.zeros(3), len(FEATURES)
     for axis in range(3):
         errors, rows = [], []
         for k, record in enumerate(records):
-            features = _windows(_features(record), _WINDOW)
-            n = features.shape[1]
+            features = _windows_in(_features(record), record, 0)
             row = np.zeros((len(features), n * len(records) + 1))
             row[:, n * k : n * (k + 1)] = features
             # The error before the window: those within it hold the window's own noise.
-            row[:, -1] = _WINDOW * _gaps(record)[::_WINDOW, axis][: len(features)]
+            before = np.zeros_like(record.increments)
+            before[::_WINDOW] = _WINDOW * _gaps(record)[::_WINDOW]
+            row[:, -1] = _windows_in(before, record, 0)[:, axis]
             rows.append(row)
-            errors.append(_windows(record.increment_errors, _WINDOW)[:, axis])
+            errors.append(_windows_in(record.increment_errors, record, 0)[:, axis])
         gain, sigma = _last_coefficient(np.concatenate(rows), np.concatenate(errors))
         if gain > _SIGNIFICANT * sigma:
             correction[axis] = _share_a_step(gain * _WINDOW)
@@ -123,31 +139,61 @@ def _uncorrected(record: Record, correction: Array) -> Array:
     return record.increment_errors - correction * _gaps(record)
 
 
-def _biases(records: Sequence[Record], correction: Array) -> tuple[Array, Array, list[Array]]:
-    """Mean and sigma (3, 4) of systematic errors over the runs, and those of each run."""
-    each: list[Array] = []
-    uncertain: list[Array] = []
-    for record in records:
-        rows = _windows(_features(record), _WINDOW)
-        errors = _windows(_uncorrected(record, correction), _WINDOW)
-        solution, *_ = np.linalg.lstsq(rows, errors, rcond=None)
-        left = (errors - rows @ solution).var(axis=0)
-        inverse = np.diag(np.linalg.pinv(rows.T @ rows))
-        each.append(np.asarray(solution.T, dtype=np.float64))
-        uncertain.append(np.outer(left, inverse))
-    spread = np.var(each, axis=0, ddof=1) if len(each) > 1 else np.zeros((3, 4))
+def _biases(records: Sequence[Record], correction: Array) -> tuple[Array, Array, Array]:
+    """Mean and sigma (2, 3, 4) of systematic errors over the runs, and those (runs, 2, 3, 4) of
+    each; a mode that is never seen for long has the errors of the other."""
+    modes = [_biases_in(mode, records, correction) for mode in (0, 1)]
+    seen = [mode for mode in modes if mode is not None]
+    if not seen:
+        raise ValueError("no run holds one status for long enough to fit to; give longer runs")
+    mean, sigma, each = (
+        np.stack([mode[part] if mode else seen[0][part] for mode in modes], axis=axis)
+        for part, axis in ((0, 0), (1, 0), (2, 1))
+    )
+    return mean, sigma, each
+
+
+def _biases_in(
+    mode: int, records: Sequence[Record], correction: Array
+) -> tuple[Array, Array, Array] | None:
+    """Mean and sigma (3, 4), and those of each run (runs, 3, 4), in one mode; a run that is not in
+    it for long has the mean."""
+    pairs = [
+        (
+            _windows_in(_features(record), record, mode),
+            _windows_in(_uncorrected(record, correction), record, mode),
+        )
+        for record in records
+    ]
+    together = [np.concatenate(part) for part in zip(*pairs, strict=True)]
+    if len(together[0]) < _FEWEST_FOR_BIAS:
+        return None
+    pooled, _ = _systematic(*together)
+    told = {k: _systematic(*p) for k, p in enumerate(pairs) if len(p[0]) >= _FEWEST_FOR_BIAS}
+    if len(told) < 2:
+        return pooled, np.zeros_like(pooled), np.array([pooled] * len(records))
+    values = np.array([solution for solution, _ in told.values()])
     # What runs differ by because each tells its own only roughly is no difference.
-    sigma = np.sqrt(np.maximum(spread - np.mean(uncertain, axis=0), 0.0))
-    return np.asarray(np.mean(each, axis=0)), np.asarray(sigma), each
+    spread = values.var(axis=0, ddof=1) - np.mean([u for _, u in told.values()], axis=0)
+    mean = np.asarray(values.mean(axis=0))
+    each = [told[k][0] if k in told else mean for k in range(len(records))]
+    return mean, np.sqrt(np.maximum(spread, 0.0)), np.array(each)
 
 
-def _noise(
-    records: Sequence[Record], correction: Array, biases: Sequence[Array]
-) -> tuple[Array, Array]:
+def _systematic(features: Array, errors: Array) -> tuple[Array, Array]:
+    """Systematic errors (3, 4) that windows tell, and the variance of each."""
+    solution, *_ = np.linalg.lstsq(features, errors, rcond=None)
+    left = (errors - features @ solution).var(axis=0)
+    variance = np.outer(left, np.diag(np.linalg.pinv(features.T @ features)))
+    return np.asarray(solution.T, dtype=np.float64), variance
+
+
+def _noise(records: Sequence[Record], correction: Array, biases: Array) -> tuple[Array, Array]:
     """Growth (3, 3, 3) and jitter (3, 3), as `ErrorModel` has them."""
     rows, squares, statuses = [], [], []
     for record, bias in zip(records, biases, strict=True):
-        left = _uncorrected(record, correction) - _features(record) @ bias.T
+        said = np.einsum("kij,kj->ki", bias[_mode(record)], _features(record))
+        left = _uncorrected(record, correction) - said
         for lag in _LAGS:
             grown, n = _windows(_grown(record), lag), len(record.status[1:]) // lag * lag
             rows.append(np.column_stack([np.full(len(grown), 2.0), grown]) / lag)

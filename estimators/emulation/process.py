@@ -31,7 +31,7 @@ class ErrorProcess:
 
     Args:
         model: of the estimator.
-        bias: (3, 4) systematic errors of this episode.
+        bias: (2, 3, 4) systematic errors of this episode.
         pose: (3,) true at the start, which is known exactly.
     """
 
@@ -61,13 +61,14 @@ def _step(
     before: Any, estimate: Any, P: Any, bias: Any, truth: Any, status: int, noise: Any,
     numbers: Any, told_pose: Any, told: Any,
 ) -> None:  # fmt: skip
-    """Carry the true pose, the estimate and the covariance P (15, 15) on; write what is told."""
+    """Carry the true pose, the estimate and the covariance P (27, 27) on; write what is told."""
     c, s = math.cos(before[2]), math.sin(before[2])
     x, y = truth[0] - before[0], truth[1] - before[1]
     forward, left = c * x + s * y, c * y - s * x
     turn = _wrapped(truth[2] - before[2])
     features = np.array([forward, turn, abs(turn), on_the_spot(forward, turn)])
     grown = (1.0, abs(forward), abs(turn))
+    mode = 0 if status == 0 else 1
     q, taken_back = np.zeros(3), np.zeros(3)
     increment = np.array([forward, left, turn])
     ec, es = math.cos(estimate[2]), math.sin(estimate[2])
@@ -77,12 +78,12 @@ def _step(
         for k in range(3):
             q[i] += numbers.growth[status, i, k] * grown[k]
         for k in range(4):
-            increment[i] += bias[i, k] * features[k]
+            increment[i] += bias[mode, i, k] * features[k]
         taken_back[i] = numbers.correction[i] if status == 0 else 0.0
         increment[i] += taken_back[i] * gap[i] + math.sqrt(q[i]) * noise[i]
     _add(estimate, increment, estimate)
     before[:] = truth
-    _carry_covariance(P, forward, left, turn, features, taken_back, q)
+    _carry_covariance(P, forward, left, turn, features, mode, taken_back, q)
 
     jitter = numbers.jitter[status] * noise[3:]
     _add(estimate, jitter, told_pose)
@@ -98,22 +99,37 @@ def on_the_spot(forward: float, turn: float) -> float:
 
 @kernel
 def _carry_covariance(
-    P: Any, forward: float, left: float, turn: float, features: Any, taken_back: Any, q: Any
-) -> None:
+    P: Any, forward: float, left: float, turn: float, features: Any, mode: int, taken_back: Any,
+    q: Any,
+) -> None:  # fmt: skip
     """The pose's error after a step, in the robot's new frame: the old one as seen from there, less
-    what is taken back, plus systematic errors and noise."""
+    what is taken back, plus systematic errors and noise.
+
+    P is that of the pose's error (3) and of the systematic errors (24), which stay as they are.
+    """
     c, s = math.cos(turn), math.sin(turn)
-    F = np.eye(15)
-    F[0, 0], F[0, 1], F[0, 2] = c, s, s * forward - c * left
-    F[1, 0], F[1, 1], F[1, 2] = -s, c, c * forward + s * left
+    A = np.empty((3, 3))
+    A[0, 0], A[0, 1], A[0, 2] = c, s, s * forward - c * left
+    A[1, 0], A[1, 1], A[1, 2] = -s, c, c * forward + s * left
+    A[2, 0], A[2, 1], A[2, 2] = 0.0, 0.0, 1.0
+    for j in range(3):
+        A[:, j] *= 1.0 - taken_back[j]
+    n = P.shape[0]
+    carried = A @ P[:3]
     for i in range(3):
-        for j in range(3):
-            F[i, j] *= 1.0 - taken_back[j]
+        first = 3 + 12 * mode + 4 * i
         for k in range(4):
-            F[i, 3 + 4 * i + k] = features[k]
-    P[:] = F @ P @ F.T
+            carried[i] += features[k] * P[first + k]
     for i in range(3):
-        P[i, i] += q[i]
+        for j in range(i + 1):
+            covariance = 0.0
+            for k in range(3):
+                covariance += carried[i, k] * A[j, k]
+            for k in range(4):
+                covariance += carried[i, 3 + 12 * mode + 4 * j + k] * features[k]
+            P[i, j] = P[j, i] = covariance + (q[i] if i == j else 0.0)
+        for j in range(3, n):
+            P[i, j] = P[j, i] = carried[i, j]
 
 
 @kernel
@@ -154,7 +170,7 @@ def emulate(model: ErrorModel, truth: Array, rng: np.random.Generator) -> tuple[
 
     Its statuses are drawn, too.
     """
-    bias = model.bias_mean + model.bias_sigma * rng.standard_normal((3, 4))
+    bias = model.bias_mean + model.bias_sigma * rng.standard_normal((2, 3, 4))
     process = ErrorProcess(model, bias, truth[0])
     poses, covariances = [truth[0]], [np.zeros((3, 3))]
     status = rng.choice(len(STATUSES), p=model.first_status)

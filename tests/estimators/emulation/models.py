@@ -19,8 +19,8 @@ def model(**changes: Any) -> ErrorModel:
         "dt": DT,
         "source": "nowhere",
         "runs": 1,
-        "bias_mean": np.zeros((3, 4)),
-        "bias_sigma": np.zeros((3, 4)),
+        "bias_mean": np.zeros((2, 3, 4)),
+        "bias_sigma": np.zeros((2, 3, 4)),
         "correction": np.zeros(3),
         "growth": np.zeros((3, 3, 3)),
         "jitter": np.zeros((3, 3)),
@@ -35,11 +35,12 @@ def drifting(**changes: Any) -> ErrorModel:
     """Errors of every kind: systematic ones, growing ones, and ones that last for a step."""
     growth = np.zeros((3, 3, 3))
     growth[:] = np.array([[1e-6, 4e-4, 0.0], [1e-6, 1e-4, 0.0], [1e-7, 2e-5, 1e-4]])
+    mean = np.array([[0.03, 0, 0.01, 0], [0, 0.02, 0, 0], [0.01, -0.04, 0, 0.03]])
     sigma = np.array([[0.02, 0, 0, 0], [0, 0.01, 0, 0], [0.005, 0.03, 0, 0.02]])
     return model(
         **{
-            "bias_mean": np.array([[0.03, 0, 0.01, 0], [0, 0.02, 0, 0], [0.01, -0.04, 0, 0.03]]),
-            "bias_sigma": sigma,
+            "bias_mean": np.array([mean, mean]),
+            "bias_sigma": np.array([sigma, sigma]),
             "growth": growth,
             "jitter": np.full((3, 3), 2e-3),
             **changes,

@@ -6,8 +6,9 @@ import pytest
 from grouser.estimators.emulation.agreement import MEASURES, agreement
 from grouser.estimators.emulation.error_model import ErrorModel
 from grouser.estimators.emulation.fit import fit_error_model
+from grouser.estimators.emulation.process import ErrorProcess
 from grouser.estimators.emulation.record import Record
-from tests.estimators.emulation.models import DT, drifting, model, record
+from tests.estimators.emulation.models import DT, drifting, model, record, way
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +39,7 @@ def test_nothing_is_taken_back_where_nothing_is(fitted: ErrorModel) -> None:
 
 
 def test_what_is_taken_back_is_found() -> None:
-    nothing = {"bias_mean": np.zeros((3, 4)), "jitter": np.zeros((3, 3))}
+    nothing = {"bias_mean": np.zeros((2, 3, 4)), "jitter": np.zeros((3, 3))}
     true = drifting(correction=np.full(3, 0.03), **nothing)
     found = fit_error_model([record(true, 1200, seed) for seed in range(8)], of="t", source="s")
     np.testing.assert_allclose(found.correction, true.correction, rtol=0.35)
@@ -62,7 +63,7 @@ def test_loss_and_recovery_are_counted() -> None:
 
 def test_the_agreement_tells_models_apart() -> None:
     true = drifting()
-    runs = [record(true, 600, seed) for seed in range(12)]
+    runs = [record(true, 400, seed) for seed in range(30)]
     alike = agreement(true, runs, seed=1).distances()
     unlike = agreement(model(jitter=np.full((3, 3), 0.03)), runs, seed=1).distances()
     assert set(alike) == set(MEASURES)
@@ -77,3 +78,22 @@ def test_what_cannot_be_fitted_to_is_refused() -> None:
     other = Record(0.05, one.truth, one.told, one.covariance, one.status)
     with pytest.raises(ValueError, match=r"steps of \[0.05, 0.1\] s; fit to runs of one robot"):
         fit_error_model([one, other], of="t", source="s")
+
+
+def test_a_blind_robot_errs_in_its_own_way() -> None:
+    """Systematic errors while it does not track are told apart from those while it does."""
+    mean = np.zeros((2, 3, 4))
+    mean[1, 0, 0] = 0.2
+    runs = []
+    for seed in range(6):
+        truth, status = way(600, seed), np.repeat([0, 1, 0], [300, 150, 151])
+        process = ErrorProcess(drifting(), mean, truth[0])
+        rng = np.random.default_rng(seed)
+        steps = [
+            process.step(p, k, rng.standard_normal(6)) for p, k in zip(truth, status, strict=True)
+        ]
+        told, covariance = (np.array(part) for part in zip(*steps, strict=True))
+        runs.append(Record(DT, truth, told, covariance, status))
+    found = fit_error_model(runs, of="t", source="s").bias_mean
+    assert found[0, 0, 0] == pytest.approx(0.0, abs=0.03)
+    assert found[1, 0, 0] == pytest.approx(0.2, abs=0.06)

@@ -18,7 +18,7 @@ def test_without_errors_it_is_the_truth() -> None:
 
 @pytest.mark.parametrize("correction", [0.0, 0.05])
 def test_the_covariance_is_that_of_many_draws(correction: float) -> None:
-    errors = drifting(correction=np.full(3, correction), bias_mean=np.zeros((3, 4)))
+    errors = drifting(correction=np.full(3, correction), bias_mean=np.zeros((2, 3, 4)))
     truth, n = way(60), 600
     rng = np.random.default_rng(1)
     told, covariance = zip(*(emulate(errors, truth, rng) for _ in range(n)), strict=True)
@@ -63,8 +63,8 @@ def test_confidence_scales_what_is_told() -> None:
 
 def test_errors_lie_in_the_robots_frame() -> None:
     """A tenth too short forwards is a tenth too short wherever the start's axes point."""
-    short = np.zeros((3, 4))
-    short[0, 0] = -0.1
+    short = np.zeros((2, 3, 4))
+    short[0, 0, 0] = -0.1
     truth = np.column_stack([np.zeros(11), np.linspace(0, 1, 11), np.full(11, np.pi / 2)])
     told, _ = emulate(model(bias_mean=short), truth, np.random.default_rng(0))
     np.testing.assert_allclose(between(truth[-1], told[-1]), [-0.1, 0, 0], atol=1e-12)
