@@ -27,6 +27,7 @@ register(
 )
 register("one-point-ekf", "grouser.estimators.monocular.estimator:MonocularEkf", sample=1)
 register("two-point-ekf", "grouser.estimators.monocular.estimator:MonocularEkf", sample=2)
+register("scan-matching", "grouser.estimators.scan_matching.estimator:ScanMatching")
 register("ekf-line-slam", "grouser.estimators.line_slam.estimator:EkfLineSlam")
 register("vo-line-slam", "grouser.estimators.line_slam.vo_estimator:VoLineSlam")
 register("ekf-point-slam", "grouser.estimators.line_slam.point_estimator:EkfPointSlam")

@@ -4,14 +4,20 @@ with Cauchy's weights (Censi, "An ICP variant using a point-to-line metric", ICR
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grouser.checks import require_not_negative, require_positive, require_whole
-from grouser.estimators.scan_matching.nearest_field import nearest_to
+from grouser.estimators.scan_matching.pairs import (
+    Pairs,
+    independent_share,
+    information_by_scan,
+    no_pairs,
+    normal_equations,
+    pair,
+    variance,
+)
 from grouser.estimators.scan_matching.reference import REACH, Reference
 from grouser.estimators.scan_matching.surface import Surface
 from grouser.geometry import Array, wrap
-from grouser.kernels import kernel, kernel_using
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,14 +31,19 @@ class AlignmentOptions:
     shrinking: float = 0.8
     """The radius of a step over that of the one before."""
     cauchy: float = 0.05
-    """Distance at which a point counts half, m."""
+    """Distance at which a point counts half, m, at least: where surfaces are rough, it is that at
+    which Cauchy's estimate loses 5 % of what is told."""
     same_side: float = 0.7
     """Cosine between normals of the same surface, at least."""
+    sigma_off_lines: float = 0.05
+    """Of a coordinate of a point that is on no line, at least, m: another scan meets clutter
+    elsewhere."""
     steps: int = 30
     """Of Gauss-Newton, at most."""
 
     def __post_init__(self) -> None:
         require_positive(self, "first_radius", "last_radius", "shrinking", "cauchy")
+        require_positive(self, "sigma_off_lines")
         require_not_negative(self, "same_side")
         require_whole(self, "steps")
         if self.first_radius > REACH:
@@ -49,16 +60,14 @@ class Alignment:
     """(3,) of the scan in the frame of the reference"""
     by_scan: Array
     """(k, 3, 3) information on the pose from each scan of the reference, as if its pose were known;
-    without what noise in the normals only seems to tell. Their sum is a symmetric matrix."""
+    without what noise in the normals only seems to tell, and as if the reference had no noise.
+    Their sum is a symmetric matrix."""
     inliers: int
     """Points that count at least half"""
     directions: Array
-    """(2, 2) sum of the inliers' n n' less what their noise makes of it: which way they hold the
-    scan"""
+    """(2, 2) information on the position if the heading is known, over the inliers"""
     sigma: float
-    """of a distance, m"""
-    correlation: float
-    """of the distances of neighbours, between 0 and 0.9"""
+    """Of a distance from a line, m"""
 
 
 def align(
@@ -75,14 +84,12 @@ def align(
         guess: (3,) that the prior expects, with the inverse covariance `information` (3, 3).
     """
     pose, radius = start.copy(), options.first_radius
-    variance = options.cauchy**2
-    # Points that noise brought together are nearest; their distances alone would seem too small.
-    least = surface.sigma**2 + reference.surface.sigma**2
-    pairs = np.empty((len(surface.points), _COLUMNS))
-    owners = np.empty(len(surface.points), dtype=np.int32)
+    pairs = no_pairs(len(surface.points))
+    least = surface.sigma**2
+    cauchy = max(options.cauchy, _EFFICIENT * float(np.sqrt(least)))
     for _ in range(options.steps):
-        _pair(surface, reference, pose, radius, options.cauchy, options.same_side, pairs, owners)
-        A, S, b, variance = _normal_equations(pairs, options.cauchy, least)
+        pair(surface, reference, pose, radius, cauchy, options.same_side, pairs)
+        A, S, b = normal_equations(pairs, _variances(pairs, cauchy, least, options))
         F = believed(A, S)
         off = pose - guess
         off[2] = wrap(off[2])
@@ -93,14 +100,14 @@ def align(
         if settled and float(np.abs(step).max()) < _STILL:
             break
     pose[2] = wrap(pose[2])
-    _pair(surface, reference, pose, radius, options.cauchy, options.same_side, pairs, owners)
-    A, S, _, variance = _normal_equations(pairs, options.cauchy, least)
-    correlation, inliers, directions = _neighbours(pairs)
-    shared = (1 - correlation) / (1 + correlation)
+    pair(surface, reference, pose, radius, cauchy, options.same_side, pairs)
+    variances = _variances(pairs, cauchy, least, options)
+    A, S, _ = normal_equations(pairs, variances)
     by_scan = np.zeros((len(reference.poses), 3, 3))
-    _share(pairs, owners, by_scan)
-    by_scan = (shared / variance) * (believed(A, S) @ by_scan)
-    return Alignment(pose, by_scan, inliers, directions, float(np.sqrt(variance)), correlation)
+    information_by_scan(pairs, variances, by_scan)
+    by_scan = independent_share(pairs, variances) * (believed(A, S) @ by_scan)
+    inliers = int((pairs.weights >= 0.5).sum())
+    return Alignment(pose, by_scan, inliers, (A - S)[:2, :2], float(np.sqrt(variances[1])))
 
 
 def believed(A: Array, S: Array) -> Array:
@@ -119,115 +126,17 @@ def believed(A: Array, S: Array) -> Array:
     return np.asarray((U * share) @ (vectors.T @ to))
 
 
-_COLUMNS = 8
-"""Of pairs: weight (0 where there is none), distance, its derivative by the pose, then by a motion
-along the wall times the normal's sigma."""
+def _variances(pairs: Pairs, cauchy: float, least: float, options: AlignmentOptions) -> Array:
+    """(2,) of a coordinate of a point off lines, and of a distance from a line, m^2."""
+    off_lines = variance(pairs, False, cauchy, options.sigma_off_lines**2)
+    return np.array([off_lines, variance(pairs, True, cauchy, least)])
+
+
+_EFFICIENT = 2.385
+"""Of a distance's sigma (Holland and Welsch, "Robust regression using iteratively reweighted
+least-squares", 1977)"""
 _STILL = 1e-9
 """m, rad: a step that changes nothing any more"""
 _ABOVE_NOISE = 3.0
 """Times S that the information in a direction is at least"""
 _NEGLIGIBLE, _NOTHING = 1e-9, 1e-12
-
-
-@kernel_using(nearest_to)
-def _pair(
-    surface: Surface,
-    reference: Reference,
-    pose: Array,
-    radius: float,
-    cauchy: float,
-    same_side: float,
-    pairs: Array,
-    owners: NDArray[np.int32],
-) -> None:
-    points, normals, sigmas, _ = surface
-    q, n, n_sigmas, _ = reference.surface
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    for k in range(len(points)):
-        pairs[k, 0] = 0.0
-        owners[k] = -1
-        if not np.isfinite(sigmas[k]):
-            continue
-        # The lever from the scan's origin to the point, in the reference's frame.
-        lx, ly = c * points[k, 0] - s * points[k, 1], s * points[k, 0] + c * points[k, 1]
-        x, y = pose[0] + lx, pose[1] + ly
-        i = nearest_to(reference.field, x, y)
-        if i < 0 or not np.isfinite(n_sigmas[i]):
-            continue
-        dx, dy = x - q[i, 0], y - q[i, 1]
-        if dx * dx + dy * dy > radius * radius:
-            continue
-        nx, ny = n[i, 0], n[i, 1]
-        mx, my = c * normals[k, 0] - s * normals[k, 1], s * normals[k, 0] + c * normals[k, 1]
-        if nx * mx + ny * my < same_side:
-            continue
-        distance = nx * dx + ny * dy
-        owners[k] = reference.scans[i]
-        pairs[k, 0] = 1 / (1 + (distance / cauchy) ** 2)
-        pairs[k, 1] = distance
-        pairs[k, 2], pairs[k, 3], pairs[k, 4] = nx, ny, ny * lx - nx * ly
-        pairs[k, 5] = n_sigmas[i] * -ny
-        pairs[k, 6] = n_sigmas[i] * nx
-        pairs[k, 7] = n_sigmas[i] * (nx * lx + ny * ly)
-
-
-@kernel
-def _normal_equations(
-    pairs: Array, cauchy: float, least: float
-) -> tuple[Array, Array, Array, float]:
-    """(A, S, b, variance) of a distance, A, S and b in units of it; see `believed` for S.
-
-    The variance is that of Huber's M-estimators, by psi(r) = w r and its derivative: with it, A is
-    the information on the pose although weights shrink what is far off.
-    """
-    A, S, b = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros(3)
-    total, squares, slope = 0.0, 0.0, 0.0
-    for k in range(len(pairs)):
-        w = pairs[k, 0]
-        if w == 0.0:
-            continue
-        total += w
-        squares += (w * pairs[k, 1]) ** 2
-        slope += w * w * (1 - (pairs[k, 1] / cauchy) ** 2)
-        for i in range(3):
-            b[i] -= w * pairs[k, 2 + i] * pairs[k, 1]
-            for j in range(3):
-                A[i, j] += w * pairs[k, 2 + i] * pairs[k, 2 + j]
-                S[i, j] += w * pairs[k, 5 + i] * pairs[k, 5 + j]
-    slope = max(slope - 3.0, 0.1 * total, 1.0)
-    variance = max(least, total * squares / (slope * slope))
-    return A / variance, S / variance, b / variance, variance
-
-
-@kernel
-def _neighbours(pairs: Array) -> tuple[float, int, Array]:
-    """(correlation of the distances of neighbours, inliers, which way they hold the scan)."""
-    product, squares, inliers = 0.0, 0.0, 0
-    directions = np.zeros((2, 2))
-    for k in range(len(pairs)):
-        w, distance = pairs[k, 0], pairs[k, 1]
-        if w == 0.0:
-            continue
-        squares += w * distance * distance
-        if k > 0 and pairs[k - 1, 0] > 0.0:
-            product += np.sqrt(w * pairs[k - 1, 0]) * distance * pairs[k - 1, 1]
-        if w < 0.5:
-            continue
-        inliers += 1
-        for i in range(2):
-            for j in range(2):
-                directions[i, j] += pairs[k, 2 + i] * pairs[k, 2 + j]
-                directions[i, j] -= pairs[k, 5 + i] * pairs[k, 5 + j]
-    correlation = product / squares if squares > 0.0 else 0.0
-    return min(max(correlation, 0.0), 0.9), inliers, directions
-
-
-@kernel
-def _share(pairs: Array, owners: NDArray[np.int32], by_scan: Array) -> None:
-    for k in range(len(pairs)):
-        w = pairs[k, 0]
-        if w == 0.0:
-            continue
-        for i in range(3):
-            for j in range(3):
-                by_scan[owners[k], i, j] += w * pairs[k, 2 + i] * pairs[k, 2 + j]

@@ -39,17 +39,20 @@ class ScanMatch:
     spread of the distances and their correlation from beam to beam."""
     by_scan: Array
     """(k, 3, 3) the parts of `information` that come from each scan of the reference."""
+    scan_share: float
+    """How much of the noise that `information` counts is the scan's own: half over one scan, more
+    over several, whose noise is averaged."""
     score: float
     """Mean over the scan's points of exp(-d^2 / 2 sigma^2), d to the nearest point of the
     reference, sigma that of the search: 1 where all points lie on the reference, 0 where none
     does."""
     inlier_ratio: float
-    """Share of the scan's points that lie by a surface of the reference that faces the same way,
-    within the radius and where Cauchy's weight is at least a half."""
+    """Share of the scan's points that are near a point of the reference: on a line, or, in clutter,
+    in both coordinates; near is where Cauchy's weight is at least a half."""
     eigenvalue_ratio: float
-    """Least over largest eigenvalue of the sum of n n' over the inliers, n the normals, less what
-    noise in them makes of it: 1 where the scan is held alike in all directions, 0 in a corridor (or
-    without inliers)."""
+    """Least over largest eigenvalue of the information on the position, the heading known, less
+    what noise in the normals makes of it: 1 where the scan is held alike in all directions, 0 in a
+    corridor (or where nothing fits)."""
     sigma: float
     """Of a distance between a point and its surface, m"""
 
@@ -85,7 +88,9 @@ class ScanMatcher:
         prior = np.asarray(np.linalg.inv(guess_covariance), dtype=np.float64)
         guess = np.array(guess, dtype=np.float64)
         aligned, prior = self._aligned(surface, reference, guess, prior)
-        information = aligned.by_scan.sum(axis=0)
+        share = _scan_share(aligned.by_scan)
+        by_scan = share * aligned.by_scan
+        information = by_scan.sum(axis=0)
         information = (information + information.T) / 2
         covariance = np.linalg.inv(information + prior)
         n = max(len(surface.points), 1)
@@ -94,7 +99,8 @@ class ScanMatcher:
             pose=aligned.pose,
             covariance=(covariance + covariance.T) / 2,
             information=information,
-            by_scan=aligned.by_scan,
+            by_scan=by_scan,
+            scan_share=share,
             score=score(surface.points, reference.field, aligned.pose, options.search.sigma),
             inlier_ratio=aligned.inliers / n,
             eigenvalue_ratio=float(max(least, 0.0) / most) if most > 0 else 0.0,
@@ -121,6 +127,15 @@ class ScanMatcher:
         return again, _HELD
 
 
+def _scan_share(by_scan: Array) -> float:
+    """1 / (1 + 1 / n) where n scans of a reference (k, 3, 3) tell alike: each as noisy as the one
+    that is laid over them."""
+    told = np.maximum(np.trace(by_scan, axis1=1, axis2=2), 0.0)
+    alone = float(told @ told) / max(float(told.sum()) ** 2, _NOTHING)
+    return 1 / (1 + alone)
+
+
+_NOTHING = 1e-12
 _LURED = 1.0
 """Log-likelihood that an alignment may lose against the search"""
 _HELD = np.linalg.inv(np.diag([0.05, 0.05, radians(0.7)]) ** 2)

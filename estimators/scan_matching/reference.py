@@ -38,6 +38,7 @@ def make_reference(surfaces: Sequence[Surface], poses: Array) -> Reference:
     laid = [moved(surface, pose) for surface, pose in zip(surfaces, poses, strict=True)]
     surface = Surface(
         np.concatenate([one.points for one in laid]),
+        np.concatenate([one.feet for one in laid]),
         np.concatenate([one.normals for one in laid]),
         np.concatenate([one.normal_sigmas for one in laid]),
         float(np.median([one.sigma for one in laid])),

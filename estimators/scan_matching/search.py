@@ -83,7 +83,7 @@ def search(
 def score(points: Array, field: NearestField, pose: Array, sigma: float) -> float:
     """Mean over the points (n, 2), from a pose (3,), of exp(-d^2 / 2 sigma^2), d to the nearest
     point of the field [m]; 0 without points."""
-    return float(_sum(points, field, _fits(field, sigma), pose)) / max(len(points), 1)
+    return float(_likelihood(points, field, pose, sigma)) / max(len(points), 1)
 
 
 def value(
@@ -105,6 +105,20 @@ def value(
 def _fits(field: NearestField, sigma: float) -> NDArray[np.float32]:
     """How well a point fits that lies in each cell."""
     return np.asarray(np.exp(field.squared * np.float32(-0.5 / sigma**2)))
+
+
+@kernel_using(tile_at)
+def _likelihood(points: Array, field: NearestField, pose: Array, sigma: float) -> float:
+    """The same as `_sum`, for one pose."""
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    total = 0.0
+    for k in range(len(points)):
+        x = pose[0] + c * points[k, 0] - s * points[k, 1]
+        y = pose[1] + s * points[k, 0] + c * points[k, 1]
+        tile, i, j = tile_at(field, x, y)
+        if tile >= 0:
+            total += np.exp(-0.5 * field.squared[tile, i, j] / (sigma * sigma))
+    return total
 
 
 @kernel_using(tile_at)

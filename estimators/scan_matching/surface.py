@@ -13,11 +13,14 @@ class Surface(NamedTuple):
     """n points counter-clockwise around whoever saw them, on the plane."""
 
     points: Array
-    """(n, 2) m"""
+    """(n, 2) m, as they were measured"""
+    feet: Array
+    """(n, 2) m, where they were fitted to the line of their neighbours"""
     normals: Array
     """(n, 2) of length 1, towards the lidar"""
     normal_sigmas: Array
-    """(n,) how well the normal's direction is known, rad; inf where the surface is no line."""
+    """(n,) how well the normal is known, rad; inf where the surface is no line, NaN where
+    neighbours are too few to say."""
     sigma: float
     """How far a point is off the line of its neighbours, half of the time less, m"""
 
@@ -27,14 +30,25 @@ def surface_of(scan: Scan) -> Surface:
     hit = scan.hit
     points, origins = scan.points, np.ascontiguousarray(scan.origins[hit])
     normals, sigmas = np.empty_like(points), np.empty(len(points))
-    sigma = _fit_normals(points, origins, normals, sigmas)
-    return Surface(points, normals, sigmas, sigma)
+    feet = points.copy()
+    sigma = _fit_normals(points, origins, feet, normals, sigmas)
+    return Surface(points, feet, normals, sigmas, sigma)
+
+
+def own_covariance(surface: Surface) -> Array:
+    """(3, 3) how far noise in its points alone moves, turns included, whatever is laid over them:
+    in the frame of the surface; where they hold nothing, as far as makes no sense any more."""
+    known = np.isfinite(surface.normal_sigmas)
+    p, n = surface.points[known], surface.normals[known]
+    J = np.column_stack([n, n[:, 1] * p[:, 0] - n[:, 0] * p[:, 1]])
+    return np.asarray(np.linalg.inv(J.T @ J / surface.sigma**2 + np.diag(_HELD_BY_NOTHING**-2)))
 
 
 def moved(surface: Surface, pose: Array) -> Surface:
     """The same surface in the frame that the pose (3,) is given in."""
     return Surface(
         pose[:2] + rotate(pose[2], surface.points),
+        pose[:2] + rotate(pose[2], surface.feet),
         rotate(pose[2], surface.normals),
         surface.normal_sigmas,
         surface.sigma,
@@ -56,9 +70,13 @@ _THINNEST = 0.005
 _DOUBTFUL = 0.2
 """rad: a normal less sure than this is none"""
 
+_HELD_BY_NOTHING = np.array([0.05, 0.05, 0.02])  # m, m, rad
+
 
 @kernel
-def _fit_normals(points: Array, origins: Array, normals: Array, sigmas: Array) -> float:
+def _fit_normals(
+    points: Array, origins: Array, feet: Array, normals: Array, sigmas: Array
+) -> float:
     """Of three windows of neighbours, before a point, about it and after it, the one on the
     straightest line tells its normal: at a corner one of them leaves out the other wall.
 
@@ -72,13 +90,15 @@ def _fit_normals(points: Array, origins: Array, normals: Array, sigmas: Array) -
         near = max(_NEAR, _SPREAD * np.hypot(ox, oy))
         first, last = _reach(points, i, -1, near, 1.0), _reach(points, i, 1, near, 1.0)
         about = _reach(points, i, -1, near, 0.5), _reach(points, i, 1, near, 0.5)
-        nx, ny = 0.0, 0.0
+        nx, ny, off = 0.0, 0.0, 0.0
         for a, b in (about, (first, i), (i, last)):
-            x, y, variance, spread = _line(points, a, b)
+            x, y, r, variance, spread = _line(points, a, b)
             if (a, b) == about:
                 usual[i] = variance
             if variance / spread < variances[i] / spreads[i]:
                 variances[i], spreads[i], nx, ny = variance, spread, x, y
+                off = x * points[i, 0] + y * points[i, 1] - r
+        feet[i, 0], feet[i, 1] = points[i, 0] - off * nx, points[i, 1] - off * ny
         if nx * ox + ny * oy > 0:
             nx, ny = -nx, -ny
         normals[i, 0], normals[i, 1] = nx, ny
@@ -87,9 +107,11 @@ def _fit_normals(points: Array, origins: Array, normals: Array, sigmas: Array) -
     if len(fitted) > 0:
         least = max(least, np.median(fitted))
     for i in range(n):
-        sigmas[i] = np.sqrt(max(variances[i], least) / spreads[i])
-        if not sigmas[i] < _DOUBTFUL:
-            sigmas[i] = np.inf
+        if np.isfinite(variances[i]):
+            sigma = np.sqrt(max(variances[i], least) / spreads[i])
+            sigmas[i] = sigma if sigma < _DOUBTFUL else np.inf
+        else:
+            sigmas[i] = np.nan
     return float(np.sqrt(least))
 
 
@@ -111,12 +133,12 @@ def _apart(points: Array, i: int, j: int) -> float:
 
 
 @kernel
-def _line(points: Array, first: int, last: int) -> tuple[float, float, float, float]:
-    """Normal of the line through points first to last, the variance across it of a point, and the
-    sum of squares along it [m^2]; the variance is inf where they are too few."""
+def _line(points: Array, first: int, last: int) -> tuple[float, float, float, float, float]:
+    """Normal and distance r of the line through points first to last, the variance across it of a
+    point, and the sum of squares along it [m^2]; the variance is inf where they are too few."""
     n = last - first + 1
     if n < 4:
-        return 0.0, 0.0, np.inf, 1.0
+        return 0.0, 0.0, 0.0, np.inf, 1.0
     x, y = 0.0, 0.0
     for i in range(first, last + 1):
         x += points[i, 0]
@@ -133,5 +155,5 @@ def _line(points: Array, first: int, last: int) -> tuple[float, float, float, fl
     across = c * c * xx + 2 * c * s * xy + s * s * yy
     along = s * s * xx - 2 * c * s * xy + c * c * yy
     if along <= 0.0:
-        return 0.0, 0.0, np.inf, 1.0
-    return c, s, across / (n - 2), along
+        return 0.0, 0.0, 0.0, np.inf, 1.0
+    return c, s, c * x + s * y, across / (n - 2), along

@@ -64,7 +64,7 @@ def test_the_covariance_is_as_large_as_the_errors() -> None:
         match = matched(HOUSE, sensor, start, motion, motion + rng.normal(size=3) * 0.05, rng=rng)
         off = error(match, motion)
         nees.append(off @ np.linalg.solve(match.covariance, off))
-    assert 2.3 < np.mean(nees) < 4.0
+    assert 1.5 < np.mean(nees) < 4.0
 
 
 def test_along_a_corridor_the_pose_and_its_covariance_are_those_of_the_guess() -> None:
@@ -82,7 +82,7 @@ def test_along_a_corridor_the_pose_and_its_covariance_are_those_of_the_guess() -
         assert match.eigenvalue_ratio < 0.01
         off = error(match, motion)
         nees.append(off @ np.linalg.solve(match.covariance, off))
-    assert 2.0 < np.mean(nees) < 4.5
+    assert 1.5 < np.mean(nees) < 4.0
 
 
 def test_one_door_post_holds_a_scan_along_a_corridor() -> None:
@@ -105,9 +105,10 @@ def test_what_each_scan_of_the_reference_tells_adds_up() -> None:
 
 
 def test_nothing_seen_or_nothing_known_leaves_the_guess() -> None:
+    empty = np.zeros((0, 2))
     some, none = (
         surface(HOUSE, EXACT, np.zeros(3), None),
-        Surface(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), 0.01),
+        Surface(empty, empty, empty, np.zeros(0), 0.01),
     )
     guess, prior = np.array([0.1, 0.2, 0.3]), np.diag([0.1, 0.2, 0.3]) ** 2
     for scan, known in ((none, some), (some, none), (none, none)):
