@@ -9,7 +9,7 @@ from grouser.estimators.scan_matching.alignment import Alignment, AlignmentOptio
 from grouser.estimators.scan_matching.reference import Reference
 from grouser.estimators.scan_matching.search import SearchOptions, score, search, value
 from grouser.estimators.scan_matching.surface import Surface
-from grouser.geometry import Array
+from grouser.geometry import Array, wrap
 from grouser.kernels import announce
 
 
@@ -114,6 +114,8 @@ class ScanMatcher:
         searching, aligning = self._options.search, self._options.alignment
         start = search(surface.points, reference.field, guess, prior, searching)
         aligned = align(surface, reference, start, guess, prior, aligning)
+        if between_steps(start, aligned.pose, searching):
+            return aligned, prior
         least = value(surface.points, reference.field, start, guess, prior, searching)
         least -= _LURED
         if value(surface.points, reference.field, aligned.pose, guess, prior, searching) >= least:
@@ -127,6 +129,15 @@ class ScanMatcher:
         return again, _HELD
 
 
+def between_steps(start: Array, end: Array, options: SearchOptions) -> bool:
+    """Whether an alignment went no farther than the search's steps, between which its cells cannot
+    tell what fits better."""
+    x, y, turn = np.abs(end - start)
+    return bool(
+        max(x, y) <= options.fine_position and abs(wrap(turn)) <= _TURN_STEPS * options.fine_heading
+    )
+
+
 def _scan_share(by_scan: Array) -> float:
     """1 / (1 + 1 / n) where n scans of a reference (k, 3, 3) tell alike: each as noisy as the one
     that is laid over them."""
@@ -136,6 +147,8 @@ def _scan_share(by_scan: Array) -> float:
 
 
 _NOTHING = 1e-12
+_TURN_STEPS = 2.5
+"""Of the search, that noise in the cells may be worth"""
 _LURED = 1.0
 """Log-likelihood that an alignment may lose against the search"""
 _HELD = np.linalg.inv(np.diag([0.05, 0.05, radians(0.7)]) ** 2)

@@ -61,7 +61,7 @@ def errors(told: list[PoseEstimate], poses: Array) -> Array:
 
 @pytest.mark.parametrize("odometry", [True, False])
 def test_it_follows_a_robot_with_odometry_or_without(odometry: bool) -> None:
-    rig, observations, poses = drive(HALL, lidar(), 120, 0, told=odometry)
+    rig, observations, poses = drive(HALL, lidar(), 80, 0, told=odometry)
     told = estimates(rig, observations)
     off = errors(told, poses)
     assert np.abs(off[:, :2]).max() < 0.03 and np.abs(off[:, 2]).max() < 0.01
@@ -77,8 +77,8 @@ def test_without_noise_the_way_is_exact() -> None:
 
 def test_its_covariance_is_honest() -> None:
     nees = []
-    for seed in range(6):
-        rig, observations, poses = drive(HALL, lidar(180, sigma_range=0.02), 80, seed)
+    for seed in range(4):
+        rig, observations, poses = drive(HALL, lidar(180, sigma_range=0.02), 60, seed)
         told = estimates(rig, observations)
         for off, estimate in zip(errors(told, poses)[10:], told[10:], strict=True):
             nees.append(off @ np.linalg.solve(estimate.covariance, off))
