@@ -19,6 +19,7 @@ from grouser.scripts.reproduce import Reproduce
 from grouser.scripts.skid_steer import SkidSteer
 from grouser.scripts.train import Train
 from grouser.scripts.usage import UsageError
+from grouser.scripts.watch import Watch
 from grouser.scripts.worlds import Worlds
 
 
@@ -35,6 +36,7 @@ COMMANDS: dict[str, Callable[..., _Command]] = {
     "fit-emulator": FitEmulator,
     "train": Train,
     "map": Map,
+    "watch": Watch,
     "worlds": Worlds,
     "montecarlo": MonteCarlo,
     "skid-steer": SkidSteer,
