@@ -26,7 +26,7 @@ from grouser.estimators.line_slam.sightings import Sightings
 from grouser.estimators.line_slam.sparse_update import absorb, correct
 from grouser.estimators.line_slam.state import POSE, LineState
 from grouser.estimators.line_slam.unevenness import Unevenness, of_uneven
-from grouser.geometry import Array
+from grouser.geometry import Array, between
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +83,7 @@ class LineEkf:
         self.sightings = Sightings(options.patience)
         self._motion, self._linearization, self._options = motion, linearization, options
         self.unevenness = unevenness
+        self._slipped = np.zeros(POSE)
         self._W = np.zeros((2 * _LINES_IN_A_SCAN, len(state.mean)))
 
     def start(self, seen: LineMeasurements | None) -> Told:
@@ -99,6 +100,9 @@ class LineEkf:
             observation,
             lambda step: self._linearization.step(self.state, step),
         )
+        self._slipped = np.zeros(3)
+        if self._motion.slips:
+            self._slipped = np.abs(between(before, self.state.pose)) + _SLIP_FLOOR
         told = Told(measured) if seen is None else self.look(seen, measured=measured)
         self._motion.learn(before, self.state.pose.copy())
         return told
@@ -113,7 +117,7 @@ class LineEkf:
         matched: list[int] = []
         left = np.arange(len(seen))
         for again in range(2):  # what the first corrections leave open, the map may tell then
-            pairs = self._associate(seen[left])
+            pairs = self._associate(seen[left]) if again else self._associate_or_doubt(seen)
             if not again:
                 self._learn_unevenness(by_noise, pairs)
             believed, fits = self._correct(seen[left], pairs)
@@ -161,6 +165,21 @@ class LineEkf:
         self._linearization.begin(self.state)
         rows = self._linearization.jacobians(self.state)
         return associate(self.state, rows, self.end_points, seen, self._options.association)
+
+    def _associate_or_doubt(self, seen: LineMeasurements) -> Pairs:
+        """Where most lines do not fit, the motion may not have been what was reported: if more of
+        them fit together after any other motion of that size, it was not, and its covariance says
+        so from now on. Without it, a slip puts the whole map beside itself once more."""
+        pairs, state = self._associate(seen), self.state
+        if 2 * len(pairs.seen) >= len(seen) or not self._slipped.any():
+            return pairs
+        kept = state.buffer[:POSE, :POSE].copy()
+        state.buffer[:POSE, :POSE] += np.diag(self._slipped**2)
+        doubting = self._associate(seen)
+        if len(doubting.seen) >= max(2, len(pairs.seen) + 1):
+            return doubting
+        state.buffer[:POSE, :POSE] = kept
+        return pairs
 
     def _learn_unevenness(self, by_noise: LineMeasurements, pairs: Pairs) -> None:
         if not len(pairs.seen) or not self.unevenness.learns:
@@ -280,3 +299,4 @@ def _lever(line: Array, pose: Array) -> float:
 
 _TURNED_OVER = np.array([[1.0, -1.0], [-1.0, 1.0]])
 _LINES_IN_A_SCAN = 64
+_SLIP_FLOOR = np.array([0.005, 0.005, 0.005])  # m, m, rad: one sigma, beside the motion itself

@@ -34,6 +34,8 @@ class MotionModel(ABC):
 
     errors: ConstantErrors
     """Its n constant errors, which the filter estimates."""
+    slips: bool
+    """Whether it may report a motion that did not take place, as tracks that slip do."""
 
     @abstractmethod
     def predict(self, observation: Observation, pose: Array, errors: Array) -> Step:
@@ -47,8 +49,8 @@ class MotionModel(ABC):
 class PredictedMotion(MotionModel):
     """By increments in the robot's frame, composed exactly."""
 
-    def __init__(self, predictor: MotionPredictor) -> None:
-        self._predictor = predictor
+    def __init__(self, predictor: MotionPredictor, *, slips: bool = False) -> None:
+        self._predictor, self.slips = predictor, slips
         self.errors = predictor.errors
 
     def predict(self, observation: Observation, pose: Array, errors: Array) -> Step:
@@ -70,6 +72,7 @@ class PrintedSteering(MotionModel):
     """Eq. (5), with the Jacobians (6) and (7) as the paper prints them: two signs are wrong."""
 
     errors = NO_ERRORS
+    slips = False
 
     def __init__(self, steering: Steering, dt: float) -> None:
         self._steering, self._dt = steering, dt

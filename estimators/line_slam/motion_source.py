@@ -82,7 +82,8 @@ def _own(
     if name == "tracks":
         assert rig.tracks is not None
         return PredictedMotion(
-            TrackPredictor(rig.tracks, TrackNoise(), SideSlip(), turn_noise=_TURN_NOISE)
+            TrackPredictor(rig.tracks, TrackNoise(), SideSlip(), turn_noise=_TURN_NOISE),
+            slips=True,
         )
     assert rig.odometry is not None
     odometry = OdometryPredictor(rig.odometry)

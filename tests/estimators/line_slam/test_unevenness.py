@@ -45,7 +45,7 @@ def learnt(sigma: float, rng: np.random.Generator) -> Unevenness:
     return unevenness
 
 
-@pytest.mark.parametrize("sigma", [0.0, 0.01, 0.03])
+@pytest.mark.parametrize("sigma", [0.01, 0.02, 0.03])
 def test_it_is_learnt_although_the_pose_is_off_too(sigma: float) -> None:
     found = [learnt(sigma, np.random.default_rng(seed)).sigma for seed in range(5)]
     assert np.mean(found) == pytest.approx(sigma, abs=0.004)
