@@ -84,7 +84,7 @@ class LineSlam:
             state,
             motion,
             make_linearization(self._jacobians),
-            Unevenness(self._uneven if self._sight.of_surfaces else 0.0),
+            self._unevenness(tilts=motion.slips),
             self._options,
         )
         if self._map is not None:
@@ -103,6 +103,11 @@ class LineSlam:
         told = self.filter.step(observation, self._sight.lines(observation))
         return self._estimate(observation, told)
 
+    def _unevenness(self, *, tilts: bool) -> Unevenness:
+        """A robot that tilts on what its tracks climb sees even walls elsewhere, bit by bit."""
+        known = self._uneven if self._sight.of_surfaces else 0.0
+        return Unevenness(known, least=_LEAST_WHERE_IT_TILTS if tilts else 0.0)
+
     def _estimate(self, observation: Observation, told: Told) -> PoseEstimate:
         state, stamp = self.filter.state, float(observation["stamp"][0])
         covariance = state.pose_covariance
@@ -120,6 +125,9 @@ class LineSlam:
                 "unevenness": self.filter.unevenness.sigma,
             },
         )
+
+
+_LEAST_WHERE_IT_TILTS = 0.01  # m
 
 
 def _sigmas(given: tuple[float, float, float]) -> Array:

@@ -17,9 +17,14 @@ from grouser.geometry import Array
 class Unevenness:
     """Of the walls around: its likeliest value, of a few, given how well lines fitted lately."""
 
-    def __init__(self, known: float | None = None) -> None:
-        """known: m, one sigma; None where it is to be learnt."""
-        self._squares = _CANDIDATES**2 if known is None else np.array([known**2])
+    def __init__(self, known: float | None = None, *, least: float = 0.0) -> None:
+        """
+        Args:
+            known: m, one sigma; None where it is to be learnt.
+            least: m; less is not learnt.
+        """
+        likely = _CANDIDATES[_CANDIDATES >= least]
+        self._squares = likely**2 if known is None else np.array([known**2])
         self._log_weights = np.zeros(len(self._squares))
 
     @property
@@ -71,9 +76,8 @@ def of_uneven(seen: LineMeasurements) -> Array:
     return np.asarray(np.einsum("nia,nib->nab", j, j))
 
 
-_CANDIDATES = np.array([0.01, 0.02, 0.03, 0.045])
-"""m: from plaster to a cluttered corridor. Less is not believed, however well lines fit: a robot
-that tilts on a sill sees even walls elsewhere, bit by bit."""
+_CANDIDATES = np.array([0.0, 0.005, 0.01, 0.02, 0.03, 0.045])
+"""m: from a line on a plane to a cluttered corridor."""
 _LOOKS_ALIKE = 4.0
 """Looks in a row that show the same part of a wall, off in the same way, as one measurement."""
 _KEEPS = 0.98

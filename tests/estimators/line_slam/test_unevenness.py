@@ -45,7 +45,7 @@ def learnt(sigma: float, rng: np.random.Generator) -> Unevenness:
     return unevenness
 
 
-@pytest.mark.parametrize("sigma", [0.01, 0.02, 0.03])
+@pytest.mark.parametrize("sigma", [0.0, 0.01, 0.03])
 def test_it_is_learnt_although_the_pose_is_off_too(sigma: float) -> None:
     found = [learnt(sigma, np.random.default_rng(seed)).sigma for seed in range(5)]
     assert np.mean(found) == pytest.approx(sigma, abs=0.004)
@@ -56,6 +56,13 @@ def test_what_is_known_is_not_learnt() -> None:
     assert not even.learns and Unevenness().learns
     assert even.sigma == 0 and even.widened(seen()).covariances == pytest.approx(seen().covariances)
     assert Unevenness(0.02).sigma == pytest.approx(0.02)
+
+
+def test_no_less_is_learnt_than_is_said() -> None:
+    unevenness = Unevenness(least=0.01)
+    for _ in range(50):
+        unevenness.learn(np.zeros(4), np.kron(np.eye(2), NOISE), of_uneven(seen()))
+    assert unevenness.sigma == pytest.approx(0.01, abs=1e-3)
 
 
 def test_a_short_part_tells_little_of_the_direction_a_long_one_much() -> None:
