@@ -93,8 +93,9 @@ _FEWEST = 20
 """Returns of a scan that tells anything."""
 _WORST_SCORE, _FEWEST_INLIERS, _FULL_INLIERS = 0.25, 0.2, 0.5
 """Of a match that is believed at all, and from which share of inliers on it is believed fully."""
-_SHARE = 0.5
-"""Of its information: the noise of a scan is in two increments."""
+_SHARE = 0.25
+"""Of its information: the noise of a scan is in two increments, and in the lines that correct what
+comes of them."""
 _FLOOR = np.array([0.01, 0.01, np.radians(0.25)])
 """m, m, rad: no motion is known better by two scans, which hide more than noise: people, glass, a
 floor that tilts."""
