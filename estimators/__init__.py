@@ -31,6 +31,7 @@ register("scan-matching", "grouser.estimators.scan_matching.estimator:ScanMatchi
 register("ekf-line-slam", "grouser.estimators.line_slam.estimator:EkfLineSlam")
 register("vo-line-slam", "grouser.estimators.line_slam.vo_estimator:VoLineSlam")
 register("ekf-point-slam", "grouser.estimators.line_slam.point_estimator:EkfPointSlam")
+register("graph-line-slam", "grouser.estimators.graph_slam.estimator:GraphLineSlam")
 
 __all__ = [
     "EstimatedPose",

@@ -1,0 +1,1 @@
+"""Scans as a graph of poses, with loops that are closed when in no doubt."""

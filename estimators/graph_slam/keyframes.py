@@ -1,0 +1,58 @@
+"""Scans that are kept, and what others are laid over: those of a stretch of the way."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grouser.estimators.scan_matching.reference import Reference, make_reference
+from grouser.estimators.scan_matching.surface import Surface
+from grouser.geometry import Array, between
+
+
+class Keyframes:
+    """Scans, one a pose of the graph, in its order."""
+
+    def __init__(self) -> None:
+        self.surfaces: list[Surface] = []
+        self.way: list[float] = []
+        """m driven up to each"""
+
+    def __len__(self) -> int:
+        return len(self.surfaces)
+
+    def append(self, surface: Surface, step: float) -> None:
+        """The next one, `step` m on."""
+        self.way.append((self.way[-1] if self.way else 0.0) + step)
+        self.surfaces.append(surface)
+
+    def last(self, most: int, way: float) -> NDArray[np.intp]:
+        """The latest: `most` of them at most, and no more than `way` m back."""
+        first = int(np.searchsorted(self.way, self.way[-1] - way))
+        return np.arange(max(first, len(self) - most), len(self))
+
+    def before(self, way: float) -> int:
+        """How many lie at least so many metres back."""
+        return int(np.searchsorted(self.way, self.way[-1] - way, side="right"))
+
+    def around(self, k: int, way: float, n: int) -> NDArray[np.intp]:
+        """Those of the first n that lie up to `way` m before and after k."""
+        first, last = np.searchsorted(self.way, [self.way[k] - way, self.way[k] + way])
+        return np.arange(int(first), min(int(last), n))
+
+    def reference(self, which: NDArray[np.intp], poses: Array, frame: Array) -> Reference:
+        """Those laid together at their poses (n, 3), in the frame of a pose (3,)."""
+        return make_reference(
+            [_thinned(self.surfaces[i]) for i in which], between(frame, poses[which])
+        )
+
+
+_POINTS = 180
+"""Of a scan that others are laid over, at most: many scans fill the gaps."""
+
+
+def _thinned(surface: Surface) -> Surface:
+    few = slice(None, None, -(-max(len(surface.points), 1) // _POINTS))
+    return surface._replace(
+        points=surface.points[few],
+        normals=surface.normals[few],
+        normal_sigmas=surface.normal_sigmas[few],
+    )
