@@ -53,6 +53,7 @@ def _thinned(surface: Surface) -> Surface:
     few = slice(None, None, -(-max(len(surface.points), 1) // _POINTS))
     return surface._replace(
         points=surface.points[few],
+        feet=surface.feet[few],
         normals=surface.normals[few],
         normal_sigmas=surface.normal_sigmas[few],
     )
