@@ -186,12 +186,12 @@ nav ol { columns: 2; padding-left: 1.4rem; margin: 1.2rem 0; font-size: .95rem; 
 .table { overflow-x: auto; margin: 1.1rem 0; }
 table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
 caption { text-align: left; color: var(--soft); padding: 0 0 .5rem; }
-th, td { padding: .32rem .7rem; text-align: right; border-bottom: 1px solid var(--line);
+th, td { padding: .32rem .5rem; text-align: right; border-bottom: 1px solid var(--line);
   vertical-align: baseline; }
 data, .holds, .fails { white-space: nowrap; }
 th { font-weight: 600; }
 thead th { border-bottom: 2px solid var(--ink); vertical-align: bottom; }
-th[scope=row], thead th:first-child { text-align: left; min-width: 7rem; }
+th[scope=row], thead th:first-child { text-align: left; min-width: 9rem; }
 td.words, th.words { text-align: left; }
 .paper { background: var(--paper); }
 tr.stressed { font-weight: 600; }
