@@ -38,7 +38,8 @@ _MEMBER, _LAYERS = "grouser.json", "layers.npz"
 
 
 class LearnedDriver(Driver):
-    """Does what a trained policy holds best, without exploring.
+    """Does what a trained policy does. A plain network's actions are drawn as in training, from a
+    generator that begins anew with every episode; other policies do what they hold best.
 
     It sees the task's observation alone; of the map it knows nothing.
     """
@@ -60,15 +61,16 @@ class LearnedDriver(Driver):
 
     def reset(self, rig: Rig, world: World) -> None:
         """A new episode: a recurrent policy forgets the last one."""
+        self._rng = np.random.default_rng(0)
         self._memory: Any = None
         self._is_first = np.ones(1, dtype=bool)
 
     def action(
         self, observation: Mapping[str, NDArray[Any]], believed: PoseEstimate, goal: Array
     ) -> Action:
-        """The policy's most likely action, or its mean."""
+        """The policy's action: drawn, or the most likely one or the mean."""
         if self._plain is not None:
-            return self._plain(observation)
+            return self._plain(observation, self._rng)
         action, self._memory = self._model.predict(
             observation, state=self._memory, episode_start=self._is_first, deterministic=True
         )

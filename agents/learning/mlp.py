@@ -20,7 +20,11 @@ _HIDDEN: Final[Mapping[str, Callable[[Layer], Layer]]] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MlpPolicy:
-    """The action that a policy holds best: some layers, the last one of actions."""
+    """Layers, the last one of actions; those of a Gaussian policy are drawn around it and clipped.
+
+    Its draws are a part of what a policy has learnt: they free it where the mean is stuck, and the
+    mean of clipped draws is not the clipped mean.
+    """
 
     weights: tuple[Layer, ...]
     """Each (outputs, inputs)."""
@@ -28,11 +32,14 @@ class MlpPolicy:
     """Each (outputs,)."""
     hidden: str
     """What follows each layer but the last: tanh or relu."""
-    squashed: bool
-    """Whether the last layer's outputs are squashed into [-1, 1] by tanh, or clipped."""
+    sigma: Layer | None
+    """(actions,) of draws around the last layer's outputs, that are clipped; None where these are
+    squashed by tanh."""
 
-    def __call__(self, observation: Mapping[str, Any]) -> NDArray[np.float32]:
-        """The action (..., 2 or 3) in [-1, 1] for observations of GoalNav, one or many.
+    def __call__(
+        self, observation: Mapping[str, Any], rng: np.random.Generator
+    ) -> NDArray[np.float32]:
+        """An action (..., 2 or 3) in [-1, 1] for observations of GoalNav, one or many.
 
         Raises:
             ValueError: the observation is not of the kind that it was trained on.
@@ -47,14 +54,19 @@ class MlpPolicy:
         for W, b in zip(self.weights[:-1], self.biases[:-1], strict=True):
             x = _HIDDEN[self.hidden](x @ W.T + b)
         x = x @ self.weights[-1].T + self.biases[-1]
-        return np.asarray(np.tanh(x) if self.squashed else np.clip(x, -1.0, 1.0), dtype=np.float32)
+        if self.sigma is None:
+            return np.tanh(x)
+        drawn = x + self.sigma * rng.standard_normal(x.shape)
+        return np.asarray(np.clip(drawn, -1.0, 1.0), dtype=np.float32)
 
     def to_bytes(self) -> bytes:
         """As .npz, compressed."""
         held: dict[str, Any] = {f"W{k}": W for k, W in enumerate(self.weights)}
         held |= {f"b{k}": b for k, b in enumerate(self.biases)}
         file = BytesIO()
-        np.savez_compressed(file, hidden=self.hidden, squashed=self.squashed, **held)
+        if self.sigma is not None:
+            held["sigma"] = self.sigma
+        np.savez_compressed(file, hidden=self.hidden, **held)
         return file.getvalue()
 
     @staticmethod
@@ -63,7 +75,8 @@ class MlpPolicy:
         with np.load(BytesIO(data), allow_pickle=False) as held:
             n = sum(key.startswith("W") for key in held)
             weights, biases = (tuple(held[f"{x}{k}"] for k in range(n)) for x in ("W", "b"))
-            return MlpPolicy(weights, biases, str(held["hidden"]), bool(held["squashed"]))
+            sigma = held["sigma"] if "sigma" in held else None
+            return MlpPolicy(weights, biases, str(held["hidden"]), sigma)
 
 
 def plain_policy(model: Any, algorithm: str) -> MlpPolicy | None:
@@ -78,10 +91,11 @@ def plain_policy(model: Any, algorithm: str) -> MlpPolicy | None:
         return None
     if type(owner.features_extractor).__module__ != "grouser.agents.learning.extractor":
         return None
-    return _plain(layers, squashed=algorithm == "sac")
+    sigma = policy.log_std.exp().detach().cpu().numpy() if algorithm == "ppo" else None
+    return _plain(layers, sigma)
 
 
-def _plain(modules: list[Any], *, squashed: bool) -> MlpPolicy:
+def _plain(modules: list[Any], sigma: Layer | None) -> MlpPolicy:
     """Linear layers with one kind of function between them."""
     linear = modules[::2]
     (hidden,) = {type(module).__name__.lower() for module in modules[1::2]}
@@ -89,4 +103,4 @@ def _plain(modules: list[Any], *, squashed: bool) -> MlpPolicy:
         tuple(getattr(layer, name).detach().cpu().numpy().copy() for layer in linear)
         for name in ("weight", "bias")
     )
-    return MlpPolicy(weights, biases, hidden, squashed)
+    return MlpPolicy(weights, biases, hidden, sigma)

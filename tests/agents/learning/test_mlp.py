@@ -28,17 +28,40 @@ def model(algorithm: str, env: GoalNavEnv) -> Any:
     return new_model(algorithm, env, FallingRate(), seed=0, log=None)
 
 
-@pytest.mark.parametrize("algorithm", ["ppo", "sac"])
-def test_they_do_what_the_network_does(algorithm: str, env: GoalNavEnv) -> None:
-    trained = model(algorithm, env)
-    plain = plain_policy(trained, algorithm)
+def test_they_squash_as_the_network_does(env: GoalNavEnv) -> None:
+    trained = model("sac", env)
+    plain = plain_policy(trained, "sac")
     assert plain is not None
-    again = MlpPolicy.from_bytes(plain.to_bytes())
     for _ in range(20):
         shown = env.observation_space.sample()
         wanted, _ = trained.predict(shown, deterministic=True)
-        np.testing.assert_allclose(plain(shown), wanted, atol=2e-6)
-        np.testing.assert_array_equal(again(shown), plain(shown))
+        np.testing.assert_allclose(plain(shown, np.random.default_rng(0)), wanted, atol=2e-6)
+
+
+def test_they_draw_as_the_network_does(env: GoalNavEnv) -> None:
+    """Mean and spread of actions as the environment gets them: drawn, then clipped."""
+    import torch
+
+    trained, n = model("ppo", env), 4000
+    with torch.no_grad():
+        trained.policy.action_net.bias[:] = torch.tensor([0.3, -0.9])
+    plain = plain_policy(trained, "ppo")
+    assert plain is not None
+    shown = env.observation_space.sample()
+    many = {key: np.repeat(value[None], n, axis=0) for key, value in shown.items()}
+    wanted, _ = trained.predict(many, deterministic=False)
+    drawn = plain(many, np.random.default_rng(0))
+    np.testing.assert_allclose(drawn.mean(axis=0), wanted.mean(axis=0), atol=6 / np.sqrt(n))
+    np.testing.assert_allclose(drawn.std(axis=0), wanted.std(axis=0), atol=6 / np.sqrt(n))
+
+
+@pytest.mark.parametrize("algorithm", ["ppo", "sac"])
+def test_they_survive_a_file(algorithm: str, env: GoalNavEnv) -> None:
+    plain = plain_policy(model(algorithm, env), algorithm)
+    assert plain is not None
+    again, shown = MlpPolicy.from_bytes(plain.to_bytes()), env.observation_space.sample()
+    first, second = (policy(shown, np.random.default_rng(0)) for policy in (plain, again))
+    np.testing.assert_array_equal(first, second)
 
 
 def test_what_is_no_plain_network_is_not_made_one(env: GoalNavEnv) -> None:
@@ -56,6 +79,8 @@ def test_a_plain_file_needs_neither_torch_nor_stable_baselines(
     assert (tmp_path / "plain.zip").stat().st_size < 100_000
     shown, _ = env.reset(seed=0)
     whole, plain = (LearnedDriver(tmp_path / name) for name in ("policy.zip", "plain.zip"))
+    for driver in (whole, plain):
+        driver.reset(env.rig, env.world)
     first, second = (d.action(shown, env.believed, env.goal) for d in (whole, plain))
     assert np.array_equal(first, second)
     program = (
@@ -71,4 +96,4 @@ def test_another_view_is_explained(env: GoalNavEnv) -> None:
     assert plain is not None
     shown = GoalNavEnv(beams=12, robot={"dynamics": "fast"}).observation_space.sample()
     with pytest.raises(ValueError, match="trained on 78 features and is shown 30, of .* `task`"):
-        plain(shown)
+        plain(shown, np.random.default_rng(0))
