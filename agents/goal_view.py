@@ -10,7 +10,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from grouser.estimators.base import PoseEstimate
-from grouser.geometry import Array, wrap
+from grouser.geometry import Array
 from grouser.rig import Rig
 
 POLICY_SENSORS: Final = ("lidar", "left", "right")
@@ -101,9 +101,9 @@ class GoalView:
 
 def believed_goal(pose: Array, goal: Array) -> tuple[float, float]:
     """Distance [m] and bearing [rad, left positive] of a goal (2,) from a pose (3,)."""
-    ahead = goal - pose[:2]
-    bearing = wrap(math.atan2(ahead[1], ahead[0]) - pose[2])
-    return math.hypot(*ahead), float(bearing)
+    (x, y, heading), (goal_x, goal_y) = pose.tolist(), goal.tolist()
+    dx, dy, c, s = goal_x - x, goal_y - y, math.cos(heading), math.sin(heading)
+    return math.hypot(dx, dy), math.atan2(c * dy - s * dx, c * dx + s * dy)
 
 
 def known_policy_sensors(names: Iterable[str]) -> tuple[str, ...]:

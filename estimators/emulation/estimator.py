@@ -7,8 +7,8 @@ import numpy as np
 from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator, Status
 from grouser.estimators.emulation.error_model import STATUSES
 from grouser.estimators.emulation.model_file import load_model
-from grouser.estimators.emulation.process import ErrorProcess
-from grouser.geometry import Array, between
+from grouser.estimators.emulation.process import ErrorProcess, seen_from
+from grouser.geometry import Array
 from grouser.rig import Rig
 
 
@@ -60,7 +60,8 @@ class Emulated(PoseEstimator):
         if self._process is None:
             raise RuntimeError("call reset() with the first observation before update()")
         self._status = _drawn(self._chances[self._status], self._rng)
-        truth = between(self._start, observation["true_pose"])
+        truth = np.empty(3)
+        seen_from(self._start, observation["true_pose"], truth)
         pose, covariance = self._process.step(truth, self._status, self._rng.standard_normal(6))
         return self._told(observation, pose, covariance)
 

@@ -149,6 +149,14 @@ def _tell(P: Any, heading: float, jitter: Any, confidence: Any, told: Any) -> No
 
 
 @kernel
+def seen_from(start: Any, pose: Any, out: Any) -> None:
+    """Write into out (3,) a pose as seen from another one: `geometry.between`, for one pair."""
+    c, s = math.cos(start[2]), math.sin(start[2])
+    dx, dy = pose[0] - start[0], pose[1] - start[1]
+    out[0], out[1], out[2] = c * dx + s * dy, c * dy - s * dx, _wrapped(pose[2] - start[2])
+
+
+@kernel
 def _add(pose: Any, increment: Any, out: Any) -> None:
     """out = pose (+) increment."""
     c, s = math.cos(pose[2]), math.sin(pose[2])

@@ -14,5 +14,5 @@ def test_it_reaches_most_goals() -> None:
         while info["outcome"] == "running":
             shown, *_, info = env.step(driver.action(shown, env.believed, env.goal))
         outcomes.append(info["outcome"])
-    # Of 100 episodes it fails in 5; 16 or fewer of 20 then happen in one of 400 tests.
+    # Of 100 episodes it fails in 5. Seeds are fixed; the room is for other processors' rounding.
     assert outcomes.count("success") >= 17, outcomes
