@@ -145,12 +145,14 @@ class Lidar:
     """rad"""
     T_base_lidar: Array
     """(4, 4) the sensor frame (x forward, y left, z up) in the robot frame."""
+    sweep_time: float = 0.0
+    """From sending the first beam to sending the last, which is at the scan's stamp, s."""
 
     def __post_init__(self) -> None:
         require_whole(self, "n_beams")
         require_positive(self, "range_max")
         require_finite(self, "angle_min", "angle_increment")
-        require_not_negative(self, "range_min", "sigma_range", "sigma_bearing")
+        require_not_negative(self, "range_min", "sigma_range", "sigma_bearing", "sweep_time")
         if self.range_min >= self.range_max:
             raise ValueError(
                 f"Lidar.range_min must be less than range_max, {self.range_max} m, "

@@ -142,10 +142,10 @@ def _step_seconds(lines: int) -> float:
     slam.state.buffer[:3, :3] = np.diag([0.05, 0.05, 0.01]) ** 2
     seen = _walls_of_the_first(rooms)
     observation = {"steering": np.array([0.01, 0.0])}
-    told = slam.step(observation, seen)
+    told = slam.step(observation, lambda _: seen)
     if told.matched != len(seen):
         raise RuntimeError(f"of {len(seen)} walls the filter took {told.matched} for its own")
-    return median_seconds(lambda: slam.step(observation, seen), _STEPS)
+    return median_seconds(lambda: slam.step(observation, lambda _: seen), _STEPS)
 
 
 def _rooms(lines: int) -> LineMap:

@@ -38,7 +38,8 @@ def robot_rig(
     Args:
         dt: time between two observations, s.
         image_size: width and height, px.
-        amounts: of the effects that the rig states, by name: the noises of lidar, imu and gps.
+        amounts: of the effects that the rig states, by name: the noises of lidar, imu and gps,
+            and how long a scan takes.
     """
     pinhole = Pinhole.with_field_of_view(*image_size, _FIELD_OF_VIEW)
     tracks = TrackGeometry(
@@ -63,6 +64,7 @@ def robot_rig(
         sigma_range=amounts["lidar.range_noise"],
         sigma_bearing=amounts["lidar.bearing_noise"],
         T_base_lidar=transform(np.eye(3), [0.0, 0.0, 0.45]),
+        sweep_time=amounts["lidar.motion_skew"],
     )
     imu = Imu(
         sigma_acceleration=amounts["imu.acceleration_noise"], sigma_rate=amounts["imu.rate_noise"]

@@ -1,6 +1,7 @@
 """The filter of paper 2: a pose and the lines around it, by (r, alpha) (SPEC 2.2)."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -91,8 +92,15 @@ class LineEkf:
         learns = self._options.learns and seen is not None
         return self.look(seen) if learns and seen is not None else Told(measured=True)
 
-    def step(self, observation: Observation, seen: LineMeasurements | None) -> Told:
-        """Take one observation, and the lines it showed; None where nobody looked."""
+    def step(
+        self, observation: Observation, see: Callable[[Array], LineMeasurements | None]
+    ) -> Told:
+        """Take one observation.
+
+        Args:
+            see: what lines it shows, given how the robot moved (3,) since the one before; None
+                where nobody looked.
+        """
         before = self.state.pose.copy()
         measured = predict(
             self.state,
@@ -100,9 +108,11 @@ class LineEkf:
             observation,
             lambda step: self._linearization.step(self.state, step),
         )
+        moved = between(before, self.state.pose)
         self._slipped = np.zeros(3)
         if self._motion.slips:
-            self._slipped = np.abs(between(before, self.state.pose)) + _SLIP_FLOOR
+            self._slipped = np.abs(moved) + _SLIP_FLOOR
+        seen = see(moved)
         told = Told(measured) if seen is None else self.look(seen, measured=measured)
         self._motion.learn(before, self.state.pose.copy())
         return told

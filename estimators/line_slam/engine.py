@@ -1,5 +1,6 @@
 """Line SLAM behind its estimators: what sees the lines, the filter, and what it tells."""
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -100,7 +101,7 @@ class LineSlam:
             RuntimeError: `reset` was not called yet.
             ValueError: lines or motion that are not what the contract says.
         """
-        told = self.filter.step(observation, self._sight.lines(observation))
+        told = self.filter.step(observation, partial(self._sight.lines, observation))
         return self._estimate(observation, told)
 
     def _unevenness(self, *, tilts: bool) -> Unevenness:

@@ -95,3 +95,24 @@ class ScanReader:
             rotate(heading, self._directions),
             rotate(heading, self._turns),
         )
+
+
+class Sweep:
+    """How the robot moved while its lidar took a scan, from how it moved between observations."""
+
+    def __init__(self, lidar: Lidar) -> None:
+        self._duration = lidar.sweep_time
+        self._stamp: float | None = None
+
+    def motion(self, stamp: float, increment: Array | None) -> Array | None:
+        """(3,) for `ScanReader.read`: the same twist, for as long as a scan takes.
+
+        Args:
+            stamp: s, of this observation.
+            increment: (3,) how the robot moved since the observation before; None where that is
+                not known, so that it counts as standing still.
+        """
+        before, self._stamp = self._stamp, stamp
+        if self._duration == 0 or increment is None or before is None or stamp <= before:
+            return None
+        return exp(self._duration / (stamp - before) * log(increment))

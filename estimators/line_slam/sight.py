@@ -7,6 +7,8 @@ from grouser.estimators.base import Observation
 from grouser.estimators.line_slam.endpoint_sensor import measure_lines
 from grouser.estimators.line_slam.extraction import ExtractionOptions, LineExtractor
 from grouser.estimators.line_slam.measurements import LineMeasurements
+from grouser.estimators.line_slam.scan import Sweep
+from grouser.geometry import Array
 from grouser.rig import Lidar, Rig
 from grouser.rig_motion import LineSensor
 
@@ -18,8 +20,14 @@ class Sight(ABC):
     """Whether they are found on surfaces, which are uneven; if not, lines are what they are."""
 
     @abstractmethod
-    def lines(self, observation: Observation) -> LineMeasurements | None:
-        """What a new look shows; None where the observation holds none."""
+    def lines(
+        self, observation: Observation, increment: Array | None = None
+    ) -> LineMeasurements | None:
+        """What a new look shows; None where the observation holds none.
+
+        Args:
+            increment: (3,) how the robot moved since the observation before, as far as is known.
+        """
 
 
 class EndPointSight(Sight):
@@ -31,7 +39,9 @@ class EndPointSight(Sight):
         self._sensor = sensor
         self._stamp: float | None = None
 
-    def lines(self, observation: Observation) -> LineMeasurements | None:
+    def lines(
+        self, observation: Observation, increment: Array | None = None
+    ) -> LineMeasurements | None:
         stamp = stamp_of("lines", observation)
         if stamp == self._stamp:
             return None
@@ -50,14 +60,18 @@ class LidarSight(Sight):
 
     def __init__(self, lidar: Lidar) -> None:
         self._extractor = LineExtractor(lidar, ExtractionOptions(min_length=_SHORTEST))
+        self._sweep = Sweep(lidar)
         self._stamp: float | None = None
 
-    def lines(self, observation: Observation) -> LineMeasurements | None:
+    def lines(
+        self, observation: Observation, increment: Array | None = None
+    ) -> LineMeasurements | None:
+        motion = self._sweep.motion(float(observation["stamp"][0]), increment)
         stamp = stamp_of("lidar", observation)
         if stamp == self._stamp:
             return None
         self._stamp = stamp
-        return self._extractor.extract(observation["lidar"])
+        return self._extractor.extract(observation["lidar"], motion)
 
 
 def stamp_of(key: str, observation: Observation) -> float:

@@ -11,7 +11,7 @@ from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator
 from grouser.estimators.cruise_predictor import CruisePredictor
 from grouser.estimators.line_slam.motion import MotionModel, PredictedMotion
 from grouser.estimators.line_slam.motion_source import OWN, MakeMotion, motion_source
-from grouser.estimators.line_slam.scan import ScanReader
+from grouser.estimators.line_slam.scan import ScanReader, Sweep
 from grouser.estimators.line_slam.sight import stamp_of
 from grouser.estimators.line_slam.support import Support
 from grouser.estimators.scan_matching.local_map import LocalMap, LocalMapOptions
@@ -19,7 +19,7 @@ from grouser.estimators.scan_matching.matcher import MatchOptions, ScanMatch, Sc
 from grouser.estimators.scan_matching.search import SearchOptions
 from grouser.estimators.scan_matching.surface import Surface, own_covariance, surface_of
 from grouser.estimators.scan_matching.window_filter import WindowFilter
-from grouser.geometry import Array
+from grouser.geometry import Array, between
 from grouser.rig import Rig
 
 
@@ -64,7 +64,7 @@ class ScanMatching(PoseEstimator):
                 "scan matching needs rig.lidar, and this rig has None; make the environment with "
                 "the sensor 'lidar'"
             )
-        self._rig = rig
+        self._lidar = rig.lidar
         self._make_motion = _motion(rig, odometry, self.requires | self.optional)
         self._options = match or MatchOptions()
         self._local_map = local_map or LocalMapOptions()
@@ -84,7 +84,8 @@ class ScanMatching(PoseEstimator):
         self._map = LocalMap(self._local_map)
         self._support = Support(self._supported_for)
         self._scan_stamp: float | None = None
-        surface = self._surface(observation)
+        self._sweep = Sweep(self._lidar)
+        surface = self._surface(observation, None)
         self._extend(self._filter, surface)
         return self._estimate(self._filter, observation, None)
 
@@ -99,19 +100,21 @@ class ScanMatching(PoseEstimator):
             raise RuntimeError("call reset() with the first observation first")
         filter, before = self._filter, self._filter.pose.copy()
         filter.predict(observation)
-        surface = self._surface(observation)
+        surface = self._surface(observation, between(before, filter.pose))
         match = self._match(filter, surface)
         filter.learn(before)
         self._extend(filter, surface)
         return self._estimate(filter, observation, match)
 
-    def _surface(self, observation: Observation) -> Surface | None:
-        """What a new scan shows; None where there is none, or too little in it."""
+    def _surface(self, observation: Observation, increment: Array | None) -> Surface | None:
+        """What a new scan shows, given how the robot moved since the observation before; None where
+        there is none, or too little in it."""
+        motion = self._sweep.motion(float(observation["stamp"][0]), increment)
         stamp = stamp_of("lidar", observation)
         if stamp == self._scan_stamp:
             return None
         self._scan_stamp = stamp
-        surface = surface_of(self._reader.read(observation["lidar"]))
+        surface = surface_of(self._reader.read(observation["lidar"], motion))
         return surface if np.isfinite(surface.normal_sigmas).sum() >= _FEWEST else None
 
     def _match(self, filter: WindowFilter, surface: Surface | None) -> ScanMatch | None:

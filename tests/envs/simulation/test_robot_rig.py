@@ -24,7 +24,7 @@ def rig() -> Rig:
         RobotModel(),
         dt=0.1,
         image_size=(320, 240),
-        amounts=Schedule({"gps.noise": 0.3}).steady,
+        amounts=Schedule({"gps.noise": 0.3, "lidar.motion_skew": 0.05}).steady,
     )
 
 
@@ -86,3 +86,4 @@ def test_the_rig_states_the_noises_that_hold_all_the_time(rig: Rig) -> None:
     assert (rig.lidar.sigma_range, rig.lidar.sigma_bearing) == (0.01, 0.001)
     assert (rig.imu.sigma_acceleration, rig.imu.sigma_rate) == (0.05, 0.002)
     assert rig.gps.sigma_position == 0.3
+    assert rig.lidar.sweep_time == 0.05

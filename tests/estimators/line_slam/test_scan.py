@@ -1,9 +1,11 @@
 """Beams in the robot's frame: what says nothing, whatever the mount, and a robot that moves."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from grouser.estimators.line_slam.scan import ScanReader
+from grouser.estimators.line_slam.scan import ScanReader, Sweep
 from grouser.geometry import exp, inverse, log, rotation_from_rpy, transform
 from tests.estimators.line_slam.walls import ROOM, lidar, mounted, polygon, seen
 
@@ -69,3 +71,23 @@ def test_which_scans_are_a_full_turn(n: int, increment_degrees: float, full: boo
 def test_a_scan_of_another_lidar_is_refused() -> None:
     with pytest.raises(ValueError, match=r"must have 360 ranges, one a beam, got .* \(180,\)"):
         ScanReader(lidar()).read(np.ones(180))
+
+
+def test_a_sweep_is_the_part_of_the_motion_that_it_lasts() -> None:
+    step = np.array([0.05, 0.01, 0.08])
+    sweep = Sweep(replace(lidar(), sweep_time=0.05))
+    assert sweep.motion(0.0, step) is None  # nobody knows for how long it moved
+    half = sweep.motion(0.1, step)
+    assert half is not None
+    np.testing.assert_allclose(log(half), log(step) / 2, atol=1e-12)
+    assert sweep.motion(0.1, step) is None and sweep.motion(0.2, None) is None
+    long = sweep.motion(0.4, step)
+    assert long is not None
+    np.testing.assert_allclose(log(long), log(step) / 4, atol=1e-12)
+
+
+def test_a_lidar_without_duration_does_not_sweep() -> None:
+    sweep = Sweep(lidar())
+    assert sweep.motion(0.0, None) is None and sweep.motion(0.1, np.ones(3)) is None
+    with pytest.raises(ValueError, match="Lidar.sweep_time must be zero or more"):
+        replace(lidar(), sweep_time=-0.1)

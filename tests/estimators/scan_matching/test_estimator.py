@@ -1,5 +1,6 @@
 """Scan matching as an estimator: it follows, as sure as it may be, and in a corridor not at all."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 from grouser.estimators import PoseEstimate, Status, make
 from grouser.estimators.scan_matching.local_map import LocalMapOptions
-from grouser.geometry import Array, between, compose, exp, wrap
+from grouser.geometry import Array, between, compose, exp, log, wrap
 from grouser.rig import Lidar, Rig
 from grouser.rig_motion import Odometry
 from tests.estimators.line_slam.walls import lidar, mounted, polygon, seen
@@ -37,8 +38,10 @@ def drive(
     for k in range(steps + 1):
         if k:
             poses[k] = compose(poses[k - 1], step)
+        during = np.linspace(-sensor.sweep_time / DT, 0.0, sensor.n_beams)[:, None] * log(step)
+        sent = compose(poses[k], exp(during if k else 0 * during))
         observation = {
-            "lidar": seen(walls, sensor, poses[k], rng).astype(np.float32),
+            "lidar": seen(walls, sensor, sent, rng).astype(np.float32),
             "stamp": np.array([k * DT]),
         }
         if told:
@@ -141,3 +144,13 @@ def test_what_it_cannot_do_is_refused() -> None:
         LocalMapOptions(scans=0)
     with pytest.raises(RuntimeError, match=r"call reset\(\) with the first observation"):
         make("scan-matching", rig).update({})
+
+
+def test_a_scan_that_takes_time_is_straightened_by_the_motion() -> None:
+    quick = exp([0.08, 0.0, 0.12])
+    rig, observations, poses = drive(HALL, replace(lidar(), sweep_time=0.1), 30, 5, step=quick)
+    off = np.abs(errors(estimates(rig, observations), poses)).max(axis=0)
+    still = replace(rig, lidar=lidar())
+    skewed = np.abs(errors(estimates(still, observations), poses)).max(axis=0)
+    assert off[:2].max() < 0.02 and off[2] < 0.005
+    assert skewed[2] > 5 * off[2]
