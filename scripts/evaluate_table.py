@@ -1,6 +1,7 @@
 """Scores of an evaluation as a table for the terminal."""
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 from rich import box
 from rich.table import Table
@@ -8,39 +9,43 @@ from rich.table import Table
 from grouser.agents.evaluation import Gap, Score
 
 _COLUMNS: tuple[tuple[str, Callable[[Score], str]], ...] = (
-    ("success\n%", lambda s: f"{100 * s.success:.0f}"),
+    ("ok\n%", lambda s: f"{100 * s.success:.0f}"),
     ("SPL", lambda s: f"{s.spl:.3f}"),
     ("95 %", lambda s: f"{s.spl_low:.2f}..{s.spl_high:.2f}"),
     ("soft\nSPL", lambda s: f"{s.soft_spl:.3f}"),
-    ("collided\n%", lambda s: f"{100 * s.collisions:.0f}"),
-    ("missed\n%", lambda s: f"{100 * s.missed:.0f}"),
+    ("hit\n%", lambda s: f"{100 * s.collisions:.0f}"),
+    ("miss\n%", lambda s: f"{100 * s.missed:.0f}"),
     ("late\n%", lambda s: f"{100 * s.timeouts:.0f}"),
     ("time\ns", lambda s: f"{s.time_s:.0f}"),
-    ("to goal\nm", lambda s: f"{s.distance_to_goal_m:.2f}"),
-    ("believed\nm", lambda s: f"{s.believed_distance_to_goal_m:.2f}"),
+    ("goal\nm", lambda s: f"{s.distance_to_goal_m:.2f}"),
+    ("belief\nm", lambda s: f"{s.believed_distance_to_goal_m:.2f}"),
     ("price", lambda s: f"{s.price_of_estimation:+.3f}"),
     ("95 %", lambda s: f"{s.price_low:+.2f}..{s.price_high:+.2f}"),
 )
+_SPARED = ("soft\nSPL", "time\ns")
+"""Left out where a column for drivers needs their room."""
 
 
 def score_table(scores: Sequence[Score], title: str) -> Table:
     """A row for every driver and estimator."""
     table = Table(
         title=title,
-        caption="price: SPL under the true pose minus SPL under the estimator, same episodes",
+        caption="goal, belief: how far the goal is in the end, truly and as the robot believes; "
+        "price: SPL\nunder the true pose minus SPL under the estimator, in the same episodes",
         caption_justify="left",
         box=box.SIMPLE_HEAD,
         padding=0,
     )
     with_driver = len({s.policy for s in scores}) > 1
+    columns = [c for c in _COLUMNS if not (with_driver and c[0] in _SPARED)]
     if with_driver:
         table.add_column("driver", no_wrap=True)
     table.add_column("estimator", no_wrap=True)
-    for heading, _ in _COLUMNS:
+    for heading, _ in columns:
         table.add_column(heading, justify="right", no_wrap=True)
     for s in scores:
-        cells = [cell(s) for _, cell in _COLUMNS]
-        table.add_row(*([s.policy] if with_driver else []), s.estimator, *cells)
+        cells = [cell(s) for _, cell in columns]
+        table.add_row(*([Path(s.policy).name] if with_driver else []), s.estimator, *cells)
     return table
 
 
