@@ -10,6 +10,7 @@ import gymnasium as gym
 import numpy as np
 
 from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator, readable
+from grouser.estimators.evaluation.smoother import Smoother
 from grouser.estimators.random_stream import estimator_rng
 from grouser.geometry import Array
 
@@ -41,6 +42,8 @@ class Run:
     """(N, 3) in the frame of the start; None for a recording without truth."""
     true_poses_3d: Array | None
     """(N, 4, 4) T_start_base"""
+    smoothed: Array | None = None
+    """(N, 3) the way as the estimator knew it in the end, of those that correct earlier poses."""
 
 
 def compare_open_loop(
@@ -150,7 +153,11 @@ class _Watcher:
             update_ms=np.array(self._update_ms),
             true_poses=np.array([pose for pose, _ in truth]) if complete else None,
             true_poses_3d=np.array([T for _, T in truth]) if complete else None,
+            smoothed=self._smoothed(),
         )
+
+    def _smoothed(self) -> Array | None:
+        return self._estimator.trajectory if isinstance(self._estimator, Smoother) else None
 
 
 def _true_pose(info: Mapping[str, Any]) -> tuple[Array, Array] | None:

@@ -21,8 +21,9 @@ def summarise(run: Run, source: str) -> Summary:
 
     `ate_m`, `final_error_m`, `drift_percent`, `drift_deg_per_m`, `rpe_m` and `rpe_deg` are on the
     plane for every estimator; `ate_m` is aligned as `ate_alignment` says, the others are in the
-    frame of the start. Fractions are of the updates, times are those of `update` alone without the
-    first WARM_UP_UPDATES.
+    frame of the start; `smoothed_ate_m` is that of the way as the estimator knew it in the end.
+    Fractions are of the updates, times are those of `update` alone without the first
+    WARM_UP_UPDATES.
     """
     return {
         "estimator": run.estimator,
@@ -54,6 +55,7 @@ def covariances(run: Run) -> Array:
 _ACCURACY = (
     "distance_m",
     "ate_m",
+    "smoothed_ate_m",
     "ate_alignment",
     "final_error_m",
     "final_heading_error_deg",
@@ -77,6 +79,7 @@ def _accuracy(run: Run) -> Summary:
     values = (
         float(distances(T_truth)[-1]),
         ate_se2(truth, estimate),
+        None if run.smoothed is None else ate_se2(truth, run.smoothed),
         "SE(2)",
         float(np.linalg.norm(estimate[-1, :2] - truth[-1, :2])),
         float(np.degrees(np.abs(wrap(estimate[-1, 2] - truth[-1, 2])))),

@@ -26,6 +26,7 @@ KEYS = [
     "steps",
     "distance_m",
     "ate_m",
+    "smoothed_ate_m",
     "ate_alignment",
     "final_error_m",
     "final_heading_error_deg",
@@ -83,6 +84,7 @@ def test_a_straight_run_with_two_percent_of_scale() -> None:
     assert figures["drift_percent"] == pytest.approx(2, rel=0.03)
     assert figures["drift_deg_per_m"] == pytest.approx(0)
     assert figures["ate_m"] == pytest.approx(0.02 * np.std(np.linspace(0, 8, 81)))
+    assert figures["smoothed_ate_m"] is None
     assert figures["ate_alignment"] == "SE(2)"
     # e = 0.002 k m, P = 0.01 k m^2: e^2 / P = 0.0004 k, over k = 1 to 80.
     assert figures["nees_mean"] == pytest.approx(0.0004 * 40.5)
@@ -143,3 +145,10 @@ def test_times_leave_the_warm_up_out() -> None:
     assert 2.8 < figures["ms_per_frame_p95"] < 3
     short = straight(n=WARM_UP_UPDATES + 1)
     assert summarise(short, "")["ms_per_frame_median"] is None
+
+
+def test_the_way_as_it_is_known_in_the_end_is_scored_beside() -> None:
+    run = straight(scale=1.02)
+    assert run.true_poses is not None
+    figures = summarise(replace(run, smoothed=1.01 * run.true_poses), "world:yard")
+    assert figures["smoothed_ate_m"] == pytest.approx(figures["ate_m"] / 2)
