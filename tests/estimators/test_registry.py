@@ -131,8 +131,9 @@ def test_readable_hands_over_what_is_declared_and_nothing_else() -> None:
 
 def test_what_is_missing_is_named_beside_what_is_there() -> None:
     words = (
-        r"DeadReckoning requires observations \['stamp', 'tracks'\], but the environment gives "
-        r"\['left', 'stamp'\], without \['tracks'\]; make the environment with sensors="
+        r"DeadReckoning requires observations \['stamp'\] and one of \['odometry', 'tracks'\], but "
+        r"the environment gives \['left', 'stamp'\], without \['odometry or tracks'\]; make the "
+        r"environment with sensors="
     )
     with pytest.raises(ValueError, match=words):
         check_observation_keys(DeadReckoning(RIG), ["stamp", "left"])
