@@ -17,6 +17,8 @@ _SMALL = 1e-4
 def wrap(angle: ArrayLike) -> Array:
     """Angle [rad] of any shape, wrapped to (-pi, pi]."""
     angle = np.asarray(angle, dtype=np.float64)
+    if (np.abs(angle) < np.pi).all():  # most are, and the rest of this costs ten times as much
+        return angle.copy()
     wrapped = np.pi - np.mod(np.pi - angle, 2 * np.pi)
     # A remainder just short of a full turn rounds up to it; an angle in range keeps its bits.
     wrapped = np.where(wrapped <= -np.pi, np.pi, wrapped)
@@ -38,7 +40,10 @@ def rotate(heading: ArrayLike, vector: ArrayLike) -> Array:
     """Planar vectors (..., 2), turned by heading (...) [rad]."""
     c, s = np.cos(heading), np.sin(heading)
     v = np.asarray(vector, dtype=np.float64)
-    return np.stack([c * v[..., 0] - s * v[..., 1], s * v[..., 0] + c * v[..., 1]], axis=-1)
+    x = c * v[..., 0] - s * v[..., 1]
+    turned = np.empty((*np.shape(x), 2))
+    turned[..., 0], turned[..., 1] = x, s * v[..., 0] + c * v[..., 1]
+    return turned
 
 
 def compose(a: ArrayLike, b: ArrayLike) -> Array:

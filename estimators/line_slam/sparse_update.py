@@ -117,14 +117,21 @@ def correct(
 
 @kernel
 def absorb(P: Array, n: int, W: Array, used: int) -> None:
-    """In place: P - W^T W, of the even number `used` of rows of W."""
+    """In place: P - W^T W, of the even number `used` of rows of W, four at a time."""
+    fours = used // 4 * 4
     for i in range(n):
-        row = P[i]
-        for k in range(0, used, 2):
-            w0, w1 = W[k], W[k + 1]
-            a, b = w0[i], w1[i]
-            for c in range(i, n):
-                row[c] -= a * w0[c] + b * w1[c]
+        # Views that begin at zero: an index that may be negative would keep the loops from vectors.
+        row = P[i, i:n]
+        for k in range(0, fours, 4):
+            w0, w1, w2, w3 = W[k, i:n], W[k + 1, i:n], W[k + 2, i:n], W[k + 3, i:n]
+            a0, a1, a2, a3 = w0[0], w1[0], w2[0], w3[0]
+            for c in range(row.size):
+                row[c] -= (a0 * w0[c] + a1 * w1[c]) + (a2 * w2[c] + a3 * w3[c])
+        if fours < used:
+            w0, w1 = W[fours, i:n], W[fours + 1, i:n]
+            a0, a1 = w0[0], w1[0]
+            for c in range(row.size):
+                row[c] -= a0 * w0[c] + a1 * w1[c]
 
 
 @kernel
