@@ -67,8 +67,8 @@ class LineSlam:
     @property
     def map(self) -> LineMap:
         """The lines as they are known now, or the map that was given, as it was given."""
-        known = self.filter.known()
-        return known if self._map is None else self._map
+        running = self.filter
+        return running.known() if self._map is None else self._map
 
     def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
         """Start at pose zero: known exactly, or in the frame of a map as `start_sigma` says.

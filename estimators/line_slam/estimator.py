@@ -65,7 +65,13 @@ class EkfLineSlam(PoseEstimator, LineMapper):
         """
         self._slam = LineSlam(
             rig,
-            motion_source(rig, odometry, readable=self.requires | self.optional, paper=paper),
+            motion_source(
+                rig,
+                odometry,
+                readable=self.requires | self.optional,
+                paper=paper,
+                scan_aided=True,
+            ),
             jacobians=jacobians,
             map=map,
             start_sigma=start_sigma,

@@ -25,7 +25,12 @@ OWN = ("steering", "tracks", "odometry")
 
 
 def motion_source(
-    rig: Rig, name: str | None, *, readable: frozenset[str], paper: bool = False
+    rig: Rig,
+    name: str | None,
+    *,
+    readable: frozenset[str],
+    paper: bool = False,
+    scan_aided: bool = False,
 ) -> MakeMotion:
     """What makes the motion model.
 
@@ -34,6 +39,8 @@ def motion_source(
             that the rig has.
         readable: keys that whoever asks reads, so that the estimator may read them, too.
         paper: the printed Jacobians of steering.
+        scan_aided: each scan, where there are any, is laid over the one before to correct what
+            odometry reports. Not for whoever matches scans: each would count twice.
 
     Raises:
         ValueError: the rig lacks what is named, or has nothing at all; nothing has that name; or
@@ -54,7 +61,7 @@ def motion_source(
         if getattr(rig, name) is None:
             has = [part for part in OWN if getattr(rig, part) is not None]
             raise ValueError(f"odometry={name!r} needs rig.{name}, and this rig has {has}")
-        return partial(_own, rig, name, paper)
+        return partial(_own, rig, name, paper, scan_aided)
     if name not in registry.names():
         hint = did_you_mean(name, [*OWN, *registry.names()])
         raise ValueError(
@@ -72,7 +79,12 @@ def motion_source(
 
 
 def _own(
-    rig: Rig, name: str, paper: bool, observation: Observation, rng: np.random.Generator
+    rig: Rig,
+    name: str,
+    paper: bool,
+    scan_aided: bool,
+    observation: Observation,
+    rng: np.random.Generator,
 ) -> MotionModel:
     if name == "steering":
         assert rig.steering is not None
@@ -87,9 +99,9 @@ def _own(
         )
     assert rig.odometry is not None
     odometry = OdometryPredictor(rig.odometry)
-    if rig.lidar is None or "lidar" not in observation:
-        return PredictedMotion(odometry)
-    return PredictedMotion(ScanAidedPredictor(odometry, rig.lidar, observation))
+    if scan_aided and rig.lidar is not None and "lidar" in observation:
+        return PredictedMotion(ScanAidedPredictor(odometry, rig.lidar, observation))
+    return PredictedMotion(odometry)
 
 
 def _estimated(

@@ -11,7 +11,6 @@ from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator
 from grouser.estimators.cruise_predictor import CruisePredictor
 from grouser.estimators.line_slam.motion import MotionModel, PredictedMotion
 from grouser.estimators.line_slam.motion_source import OWN, MakeMotion, motion_source
-from grouser.estimators.line_slam.odometry_predictor import OdometryPredictor
 from grouser.estimators.line_slam.scan import ScanReader, Sweep
 from grouser.estimators.line_slam.sight import stamp_of
 from grouser.estimators.line_slam.support import Support
@@ -22,7 +21,6 @@ from grouser.estimators.scan_matching.surface import Surface, own_covariance, su
 from grouser.estimators.scan_matching.window_filter import WindowFilter
 from grouser.geometry import Array, between
 from grouser.rig import Rig
-from grouser.rig_motion import Odometry
 
 
 class ScanMatching(PoseEstimator):
@@ -164,16 +162,7 @@ def _motion(rig: Rig, name: str | None, readable: frozenset[str]) -> MakeMotion:
         name = next((part for part in OWN if getattr(rig, part) is not None), "none")
     if name == "none":
         return partial(_cruise, rig.dt)
-    if name == "odometry" and rig.odometry is not None:
-        # Not as line SLAM has it, which is aided by scans: each would count twice.
-        return partial(_reported, rig.odometry)
     return motion_source(rig, name, readable=readable)
-
-
-def _reported(
-    odometry: Odometry, observation: Observation, rng: np.random.Generator
-) -> MotionModel:
-    return PredictedMotion(OdometryPredictor(odometry))
 
 
 def _cruise(dt: float, observation: Observation, rng: np.random.Generator) -> MotionModel:

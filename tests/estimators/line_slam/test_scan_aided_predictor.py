@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from grouser.estimators.line_slam.motion_source import motion_source
 from grouser.estimators.line_slam.odometry_predictor import OdometryPredictor
 from grouser.estimators.line_slam.scan_aided_predictor import ScanAidedPredictor
 from grouser.estimators.synthetic_drive import RIG, synthetic_drive
@@ -51,3 +52,15 @@ def test_scans_that_are_not_new_tell_nothing() -> None:
     again = {**drive.observations[1], "lidar_stamp": np.zeros(1)}
     plain = OdometryPredictor(Odometry()).predict(again, NONE)
     assert predictor.predict(again, NONE).covariance == pytest.approx(plain.covariance)
+
+
+@pytest.mark.parametrize("scan_aided", [True, False])
+def test_scans_aid_odometry_only_where_that_is_asked_for(scan_aided: bool) -> None:
+    """Whoever matches scans by himself would count each twice."""
+    drive = synthetic_drive(frames=2, blackout=range(0))
+    make_motion = motion_source(RIG, "odometry", readable=frozenset(), scan_aided=scan_aided)
+    first, then = drive.observations
+    step = make_motion(first, np.random.default_rng(0)).predict(then, np.zeros(3), NONE)
+    plain = OdometryPredictor(Odometry()).predict(then, NONE)
+    narrower = np.linalg.det(step.covariance) < 0.9 * np.linalg.det(plain.covariance)
+    assert narrower == scan_aided
