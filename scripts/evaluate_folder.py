@@ -15,10 +15,10 @@ from typing import Any
 from grouser.agents.episode import Episode, Trial
 from grouser.agents.evaluation import Gap, Score
 from grouser.estimators.evaluation.folder import (
+    HELD,
     Settings,
     read_json,
-    require_settings,
-    require_writable,
+    require_ready,
     write_json,
     write_settings,
 )
@@ -50,14 +50,10 @@ class EvaluationFolder:
         self.path, self._settings = path, settings
         self.episodes: dict[Key, Episode] = {}
         self.watched: dict[Key, Watched] = {}
-        require_writable(path)
-        if not (path / "settings.json").exists():
+        begun = (path / "settings.json").exists()
+        require_ready(path, settings, begun=begun, resume=resume, holds=HELD)
+        if not begun:
             return
-        if not resume:
-            raise ValueError(
-                f"{path} already holds results; give --resume to complete them, or another --output"
-            )
-        require_settings(path, settings)
         self.episodes = {key_of(e): e for e in self._read("episodes.json", Episode)}
         self.watched = {key_of(w): w for w in self._read("open_loop.json", Watched)}
 

@@ -8,8 +8,7 @@ from typing import Any
 from grouser import __version__
 from grouser.agents.learned import algorithm_class
 from grouser.estimators.evaluation.folder import (
-    require_settings,
-    require_writable,
+    require_ready,
     write_settings,
 )
 from grouser.scripts.terminal import progress, table_console
@@ -69,17 +68,14 @@ def _prepare(options: Train) -> Any:
 
 def _enter(folder: Path, settings: dict[str, Any], *, resume: bool) -> None:
     """Begin the folder, or go on with one that was begun with the same settings."""
-    require_writable(folder)
-    if (folder / "settings.json").exists():
-        if not resume:
-            raise UsageError(
-                f"{folder} already holds a training; give --resume to go on with it, or another "
-                "--output"
-            )
-        require_settings(folder, settings)
-        return
-    folder.mkdir(parents=True, exist_ok=True)
-    write_settings(folder, settings)
+    begun = (folder / "settings.json").exists()
+    require_ready(folder, settings, begun=begun, resume=resume, holds=_HELD)
+    if not begun:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_settings(folder, settings)
+
+
+_HELD = "a training; give --resume to go on with it"
 
 
 class _Shown:

@@ -11,7 +11,29 @@ import numpy as np
 Settings = Mapping[str, Any]
 """What all results of a folder have in common; written as JSON."""
 
+HELD = "results; give --resume to complete them"
+"""What most folders hold, for `require_ready`."""
+
 _SETTINGS = "settings.json"
+
+
+def require_ready(path: Path, settings: Settings, *, begun: bool, resume: bool, holds: str) -> None:
+    """Find out before the work whether it may begin in a folder, or go on there.
+
+    Args:
+        begun: whether there is something of that work in it.
+        resume: whether it may go on with that.
+        holds: what that is, and what --resume does with it, in words.
+
+    Raises:
+        ValueError: the folder cannot be written to, or the work was begun and may not go on, or
+            was begun with other settings.
+    """
+    require_writable(path)
+    if begun:
+        if not resume:
+            raise ValueError(f"{path} already holds {holds}, or another --output")
+        require_settings(path, settings)
 
 
 def require_writable(path: Path) -> None:

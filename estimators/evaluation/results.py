@@ -15,10 +15,10 @@ from pathlib import Path
 from grouser.estimators.base import Status
 from grouser.estimators.evaluation.comparison import Run
 from grouser.estimators.evaluation.folder import (
+    HELD,
     Settings,
     read_json,
-    require_settings,
-    require_writable,
+    require_ready,
     write_json,
     write_settings,
 )
@@ -53,14 +53,9 @@ class ResultsFolder:
         self.path = Path(path)
         self._settings = settings
         self.summaries: list[Summary] = []
-        require_writable(self.path)
-        if self._results.exists():
-            if not resume:
-                raise ValueError(
-                    f"{self.path} already holds results; give --resume to complete them, "
-                    "or another --output"
-                )
-            require_settings(self.path, self._settings)
+        begun = self._results.exists()
+        require_ready(self.path, settings, begun=begun, resume=resume, holds=HELD)
+        if begun:
             self.summaries = read_json(self._results, list)
             self._check_trajectories()
 

@@ -165,12 +165,11 @@ class GraphLineSlam(PoseEstimator, Smoother):
 
     def _estimate(self, observation: Observation, *, supported: bool) -> PoseEstimate:
         pose, covariance = self._front.seen_from(self._graph.poses[-1], self._graph.covariance)
-        stamp = float(observation["stamp"][0])
-        return PoseEstimate(
-            pose=pose,
-            covariance=covariance,
-            status=self._support.status(supported, stamp, covariance),
-            stamp=stamp,
+        return self._support.estimate(
+            observation,
+            pose,
+            covariance,
+            supported=supported,
             diagnostics={
                 "keyframes": float(len(self._keyframes)),
                 "loops": float(len(self._graph.closures)),

@@ -3,6 +3,7 @@
 import numpy as np
 
 from grouser.estimators.base import Observation
+from grouser.estimators.line_slam.reported import reported
 from grouser.estimators.visual.constant_errors import NO_ERRORS
 from grouser.estimators.visual.prediction import Increment, MotionPredictor
 from grouser.geometry import Array, wrap
@@ -15,13 +16,8 @@ def reported_steering(observation: Observation) -> Array | None:
     Raises:
         ValueError: they are not two numbers, or infinite.
     """
-    control = np.array(observation["steering"], dtype=np.float64)
-    if control.shape != (2,) or np.isinf(control).any():
-        raise ValueError(
-            "observation 'steering' must be two numbers, speed [m/s] and angle [rad], got "
-            f"{control}"
-        )
-    return None if np.isnan(control).any() else control
+    shape = "two numbers, speed [m/s] and angle [rad]"
+    return reported(observation, "steering", shape=shape, n=2)
 
 
 def steered(control: Array, wheelbase: float, dt: float) -> Array:

@@ -110,13 +110,12 @@ class LineSlam:
         return Unevenness(known, least=_LEAST_WHERE_IT_TILTS if tilts else 0.0)
 
     def _estimate(self, observation: Observation, told: Told) -> PoseEstimate:
-        state, stamp = self.filter.state, float(observation["stamp"][0])
-        covariance = state.pose_covariance
-        return PoseEstimate(
-            pose=state.pose.copy(),
-            covariance=covariance,
-            status=self._support.status(told.matched + told.new > 0, stamp, covariance),
-            stamp=stamp,
+        state = self.filter.state
+        return self._support.estimate(
+            observation,
+            state.pose,
+            state.pose_covariance,
+            supported=told.matched + told.new > 0,
             diagnostics={
                 "lines_in_map": float(len(state)),
                 "lines_seen": float(told.seen),

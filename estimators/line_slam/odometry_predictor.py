@@ -3,6 +3,7 @@
 import numpy as np
 
 from grouser.estimators.base import Observation
+from grouser.estimators.line_slam.reported import reported
 from grouser.estimators.visual.constant_errors import ConstantErrors
 from grouser.estimators.visual.prediction import Increment, MotionPredictor
 from grouser.geometry import Array
@@ -15,13 +16,8 @@ def reported_odometry(observation: Observation) -> Array | None:
     Raises:
         ValueError: they are not three numbers, or infinite.
     """
-    increment = np.array(observation["odometry"], dtype=np.float64)
-    if increment.shape != (3,) or np.isinf(increment).any():
-        raise ValueError(
-            "observation 'odometry' must be three numbers, x, y [m] and heading [rad], got "
-            f"{increment}"
-        )
-    return None if np.isnan(increment).any() else increment
+    shape = "three numbers, x, y [m] and heading [rad]"
+    return reported(observation, "odometry", shape=shape, n=3)
 
 
 class OdometryPredictor(MotionPredictor):
@@ -43,21 +39,21 @@ class OdometryPredictor(MotionPredictor):
         self._last = np.zeros(3)
 
     def predict(self, observation: Observation, biases: Array) -> Increment:
-        reported = reported_odometry(observation)
-        measured = reported is not None
-        if reported is None:
-            reported = self._last
-        self._last = reported
+        told = reported_odometry(observation)
+        measured = told is not None
+        if told is None:
+            told = self._last
+        self._last = told
         scale, turn = biases.tolist()
-        way = float(np.hypot(reported[0], reported[1]))
-        pose = np.append((1 + scale) * reported[:2], reported[2] + turn * way)
+        way = float(np.hypot(told[0], told[1]))
+        pose = np.append((1 + scale) * told[:2], told[2] + turn * way)
         by_biases = np.zeros((3, 2))
-        by_biases[:2, 0], by_biases[2, 1] = reported[:2], way
+        by_biases[:2, 0], by_biases[2, 1] = told[:2], way
         o = self._odometry
         position = o.position + o.position_per_metre * way
         # The errors of different causes need not hide each other: their sigmas add up (SPEC 2.6).
         heading = o.heading + o.heading_per_metre * way
-        heading += o.heading_per_radian * abs(float(reported[2]))
+        heading += o.heading_per_radian * abs(float(told[2]))
         sigmas = np.array([position, position, heading])
         if not measured:
             sigmas = sigmas + _UNKNOWN

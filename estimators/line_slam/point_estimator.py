@@ -128,13 +128,12 @@ class EkfPointSlam(PoseEstimator):
         return self._filter
 
     def _estimate(self, observation: Observation, told: PointsTold) -> PoseEstimate:
-        state, stamp = self._running().state, float(observation["stamp"][0])
-        covariance = state.pose_covariance
-        return PoseEstimate(
-            pose=state.pose.copy(),
-            covariance=covariance,
-            status=self._support.status(told.matched + told.new > 0, stamp, covariance),
-            stamp=stamp,
+        state = self._running().state
+        return self._support.estimate(
+            observation,
+            state.pose,
+            state.pose_covariance,
+            supported=told.matched + told.new > 0,
             diagnostics={
                 "points_in_map": float(len(state)),
                 "points_seen": float(told.seen),

@@ -1,7 +1,7 @@
 """How an estimate came about, told by what was seen and when."""
 
 from grouser.checks import require_positive
-from grouser.estimators.base import Status
+from grouser.estimators.base import Observation, PoseEstimate, Status
 from grouser.geometry import Array
 
 _LOST = 0.35**2  # rad^2: the filter's Jacobians mean nothing beyond
@@ -16,6 +16,25 @@ class Support:
         self.lasts = lasts
         require_positive(self, "lasts")
         self._until = float("-inf")
+
+    def estimate(
+        self,
+        observation: Observation,
+        pose: Array,
+        covariance: Array,
+        *,
+        supported: bool,
+        diagnostics: dict[str, float],
+    ) -> PoseEstimate:
+        """The estimate after an observation, of a pose (3,) with its covariance (3, 3)."""
+        stamp = float(observation["stamp"][0])
+        return PoseEstimate(
+            pose=pose.copy(),
+            covariance=covariance,
+            status=self.status(supported, stamp, covariance),
+            stamp=stamp,
+            diagnostics=diagnostics,
+        )
 
     def status(self, supported: bool, stamp: float, covariance: Array) -> Status:
         """After a step at `stamp` [s] that left the pose with a covariance (3, 3), and showed

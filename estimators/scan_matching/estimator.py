@@ -140,7 +140,6 @@ class ScanMatching(PoseEstimator):
     def _estimate(
         self, filter: WindowFilter, observation: Observation, match: ScanMatch | None
     ) -> PoseEstimate:
-        stamp, covariance = float(observation["stamp"][0]), filter.covariance
         diagnostics = {"scans_in_map": float(len(self._map))}
         if match is not None:
             diagnostics |= {
@@ -148,11 +147,11 @@ class ScanMatching(PoseEstimator):
                 "inlier_ratio": match.inlier_ratio,
                 "eigenvalue_ratio": match.eigenvalue_ratio,
             }
-        return PoseEstimate(
-            pose=filter.pose.copy(),
-            covariance=covariance,
-            status=self._support.status(match is not None, stamp, covariance),
-            stamp=stamp,
+        return self._support.estimate(
+            observation,
+            filter.pose,
+            filter.covariance,
+            supported=match is not None,
             diagnostics=diagnostics,
         )
 

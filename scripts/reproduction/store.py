@@ -13,11 +13,12 @@ import numpy as np
 
 from grouser.estimators.evaluation.folder import (
     Settings,
-    require_settings,
-    require_writable,
+    require_ready,
     write_settings,
 )
 from grouser.scripts.reproduction.experiment import Outcome
+
+_HELD = "experiments; give --resume to go on with them"
 
 
 class ExperimentStore:
@@ -32,14 +33,8 @@ class ExperimentStore:
         """
         self.path = path
         self._settings = settings
-        require_writable(path)
-        if any(self._folder.glob("*.npz")):
-            if not resume:
-                raise ValueError(
-                    f"{path} already holds experiments; give --resume to go on with them, "
-                    "or another --output"
-                )
-            require_settings(path, settings)
+        begun = any(self._folder.glob("*.npz"))
+        require_ready(path, settings, begun=begun, resume=resume, holds=_HELD)
 
     def begin(self) -> None:
         """Make the folder, and say in it what its experiments have in common."""
