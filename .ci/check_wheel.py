@@ -1,4 +1,5 @@
-"""The wheel holds each module once, under the one name `grouser`, and nothing else."""
+"""The wheel holds each module once, under the one name `grouser`, the data that comes with some,
+and nothing else."""
 
 import sys
 import zipfile
@@ -6,6 +7,8 @@ from pathlib import Path, PurePosixPath
 
 ROOT = Path(__file__).resolve().parents[1]
 ROOMS = ("envs", "estimators", "agents", "scripts")
+DATA = ("agents/policies/*.zip", "estimators/emulation/fits/*.json")
+"""The pretrained policy, and the emulators of estimators."""
 
 
 def expected() -> set[str]:
@@ -15,7 +18,12 @@ def expected() -> set[str]:
         for room in ROOMS
         for path in (ROOT / room).rglob("*.py")
     }
-    return own | rooms | {"grouser/py.typed"}
+    data = {
+        f"grouser/{path.relative_to(ROOT).as_posix()}"
+        for pattern in DATA
+        for path in ROOT.glob(pattern)
+    }
+    return own | rooms | data | {"grouser/py.typed"}
 
 
 def main(wheel: str) -> None:
