@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -53,10 +53,6 @@ class Episode:
     """Root mean square over the steps of the distance between believed and true position."""
     lost: float
     """Share of the steps whose estimate was LOST."""
-
-    def plain(self) -> dict[str, Any]:
-        """For JSON."""
-        return asdict(self)
 
 
 def run_trial(trial: Trial) -> Episode:

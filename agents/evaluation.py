@@ -5,8 +5,8 @@ Integrating egocentric localization for more realistic point-goal navigation age
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any, Final
+from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from scipy import stats
@@ -53,10 +53,6 @@ class Score:
     """SPL under the true pose minus SPL under this estimator, in the same episodes."""
     price_low: float
     price_high: float
-
-    def plain(self) -> dict[str, Any]:
-        """For JSON."""
-        return asdict(self)
 
 
 def score(episodes: Sequence[Episode], baseline: Sequence[Episode]) -> Score:
@@ -136,10 +132,6 @@ class Gap:
     """Kendall's tau-b between the two: 1 the same order, -1 the reverse; None where all are equal
     in one of them."""
     p_value: float | None
-
-    def plain(self) -> dict[str, Any]:
-        """For JSON."""
-        return asdict(self)
 
 
 def open_closed_gap(policy: str, ate: Mapping[str, float], spl: Mapping[str, float]) -> Gap:
