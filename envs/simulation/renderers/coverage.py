@@ -1,12 +1,11 @@
-"""Which face is seen where: scan-line filling of convex polygons into a depth buffer.
-
-One call fills one sub-sample of all pixels; supersampling is one call a sub-sample.
-"""
+"""Which face is seen where: convex polygons filled into a depth buffer, a row of pixels at a time,
+so that a row stays in the processor's nearest memory until its colours are known."""
 
 import math
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grouser.kernels import kernel
 
@@ -23,44 +22,75 @@ SKY: Final = -1
 """The face of a pixel that shows none."""
 
 
-@kernel
-def cover(visible: Any, n: int, dx: float, dy: float, depth: Any, faces: Any) -> None:
-    """Find the nearest face at every pixel's sub-sample.
+class Rows(NamedTuple):
+    """Which polygons may show in each row of pixels, as `list_rows` gives them."""
 
-    Args:
-        visible: a `Visible` of n polygons.
-        dx, dy: where in the pixel to sample, px from its centre.
-        depth: out, (height, width) inverse depth, 1/m.
-        faces: out, (height, width) index of the polygon, or SKY.
-    """
-    height, width = depth.shape
-    depth[:, :] = np.float32(0)
-    faces[:, :] = SKY
+    begins: NDArray[np.int32]
+    """(height + 1,) where a row's polygons begin in `polygons`, and where they end."""
+    polygons: NDArray[np.int32]
+    """Their indices, ascending within a row."""
+
+
+@kernel
+def list_rows(visible: Any, n: int, height: int) -> Any:
+    """The `Rows` of the first n polygons of a `Visible`."""
+    begins = np.zeros(height + 1, dtype=np.int32)
     for i in range(n):
-        polygon, count, plane = visible.polygons[i], visible.n_corners[i], visible.planes[i]
-        first, last = _rows(polygon, count, dy, height)
-        for row in range(first, last):
-            begin, end = _span(polygon, count, row + dy, dx, width)
-            w0 = plane[0] * dx + plane[1] * (row + dy) + plane[2]
-            if end - begin > _SHORT:
-                _fill(depth[row], faces[row], begin, end, plane[0], w0, i)
-            else:
-                for x in range(begin, end):
-                    w = np.float32(w0 + plane[0] * x)
-                    if w > depth[row, x]:
-                        depth[row, x], faces[row, x] = w, i
+        first, end = _rows(visible.polygons[i], visible.n_corners[i], height)
+        for row in range(first, end):
+            begins[row + 1] += 1
+    for row in range(height):
+        begins[row + 1] += begins[row]
+    polygons, filled = np.empty(begins[height], dtype=np.int32), begins[:-1].copy()
+    for i in range(n):
+        first, end = _rows(visible.polygons[i], visible.n_corners[i], height)
+        for row in range(first, end):
+            polygons[filled[row]] = i
+            filled[row] += 1
+    return Rows(begins, polygons)
 
 
 @kernel
-def _rows(polygon: Any, n: int, dy: float, height: int) -> Any:
-    """First row whose sample may lie inside, and one past the last."""
+def _rows(polygon: Any, n: int, height: int) -> Any:
+    """First row in which a sample may lie inside, and one past the last."""
     top, bottom = polygon[0, 1], polygon[0, 1]
     for k in range(1, n):
         top, bottom = min(top, polygon[k, 1]), max(bottom, polygon[k, 1])
     # Clamped before the conversion: a corner near the camera's plane may be beyond any integer.
-    first = math.ceil(min(max(top - dy, 0.0), float(height)))
-    last = math.floor(min(max(bottom - dy, -1.0), height - 1.0))
+    first = math.ceil(min(max(top - 0.5, 0.0), float(height)))
+    last = math.floor(min(max(bottom + 0.5, -1.0), height - 1.0))
     return int(first), int(last) + 1
+
+
+@kernel
+def cover(visible: Any, rows: Any, y: int, subsamples: Any, depth: Any, faces: Any) -> None:
+    """Find the nearest face at every sub-sample of a row of pixels.
+
+    Args:
+        visible: a `Visible`.
+        rows: its `Rows`.
+        y: the row.
+        subsamples: (S, 2) float32 of SUBSAMPLES.
+        depth: out, (S, width) inverse depth, 1/m.
+        faces: out, (S, width) index of the polygon, or SKY.
+    """
+    width = depth.shape[1]
+    depth[:, :] = np.float32(0)
+    faces[:, :] = SKY
+    for member in range(rows.begins[y], rows.begins[y + 1]):
+        i = rows.polygons[member]
+        polygon, count, plane = visible.polygons[i], visible.n_corners[i], visible.planes[i]
+        for s in range(subsamples.shape[0]):
+            dx, dy = float(subsamples[s, 0]), float(subsamples[s, 1])
+            begin, end = _span(polygon, count, y + dy, dx, width)
+            w0 = plane[0] * dx + plane[1] * (y + dy) + plane[2]
+            if end - begin > _SHORT:
+                _fill(depth[s], faces[s], begin, end, plane[0], w0, i)
+            else:
+                for x in range(begin, end):
+                    w = np.float32(w0 + plane[0] * x)
+                    if w > depth[s, x]:
+                        depth[s, x], faces[s, x] = w, i
 
 
 @kernel
@@ -92,15 +122,3 @@ def _fill(
         nearer = w > nearest[k]
         nearest[k] = w if nearer else nearest[k]
         seen[k] = np.int32(face) if nearer else seen[k]
-
-
-@kernel
-def read_depth(visible: Any, faces: Any, depth: Any) -> None:
-    """Fill in the depth (height, width) [m] of the faces that `cover` found; inf for sky."""
-    for y in range(faces.shape[0]):
-        for x in range(faces.shape[1]):
-            i = faces[y, x]
-            depth[y, x] = np.inf
-            if i >= 0:
-                p = visible.planes[i]
-                depth[y, x] = 1 / (p[0] * x + p[1] * y + p[2])

@@ -11,7 +11,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grouser.kernels import inlined, kernel
+from grouser.envs.simulation.renderers.runs import BEGINS, MIXED, mark_runs
+from grouser.kernels import inlined, kernel, kernel_using
 
 F = np.float32
 _ZERO, _HALF, _ONE = F(0), F(0.5), F(1)
@@ -37,74 +38,75 @@ class Fragments(NamedTuple):
     """Where its texture begins in the bank."""
     size: NDArray[np.int32]
     """Side of its texture, texels."""
-    pixel: NDArray[np.int32]
-    """Column."""
-    address: NDArray[np.int32]
-    """This, and what follows, is for `sample` to work with."""
-    right: NDArray[np.int32]
-    up: NDArray[np.int32]
-    share: NDArray[np.int32]
-    quad: NDArray[np.uint32]
     total: NDArray[np.int32]
     """(channels, n) what `sample` found."""
+    runs: NDArray[np.int32]
+    """(n, 3) neighbouring pixels with a fragment each: the first fragment, the first column, how
+    many."""
     sky: NDArray[np.float32]
     """(width,) the sky's share of every pixel."""
 
 
-def room_for_row(width: int, samples: int, channels: int) -> Fragments:
-    """Memory for the fragments of a row of pixels."""
+def room_for_fragments(width: int, samples: int, channels: int) -> Fragments:
+    """Memory for those of a row of pixels."""
     n = width * samples
     u, v, step_u, step_v, taps, footprint, gain = np.empty((7, n), dtype=np.float32)
-    base, size, pixel, address, right, up, share = np.empty((7, n), dtype=np.int32)
+    base, size = np.empty((2, n), dtype=np.int32)
     return Fragments(
-        u, v, step_u, step_v, taps, footprint, gain, base, size, pixel, address, right, up, share,
-        quad=np.empty(n, dtype=np.uint32),
+        u, v, step_u, step_v, taps, footprint, gain, base, size,
         total=np.empty((channels, n), dtype=np.int32),
+        runs=np.empty((n, 3), dtype=np.int32),
         sky=np.empty(width, dtype=np.float32),
     )  # fmt: skip
 
 
-@kernel
+@kernel_using(mark_runs)
 def collect(
-    visible: Any, faces: Any, subsamples: Any, bank: Any, anisotropy: Any, y: int, out: Any
-) -> int:
-    """Fill a row's fragments; how many there are.
+    visible: Any,
+    faces: Any,
+    subsamples: Any,
+    bank: Any,
+    anisotropy: Any,
+    y: int,
+    marks: Any,
+    out: Any,
+) -> Any:
+    """Fill a row's fragments; how many there are, how many runs, and whether any sky.
 
     Args:
         visible: a `Visible`.
-        faces: (S, height, width), from `cover`.
+        faces: (S, width), from `cover`.
         subsamples: (S, 2) float32 of SUBSAMPLES.
         bank: a `TextureBank`.
         anisotropy: float32, most taps along a footprint's longer axis.
         y: the row.
+        marks: (2, width + 1) int32, for work.
         out: `Fragments`.
     """
-    width = faces.shape[2]
-    begin, n = 0, 0
+    width = faces.shape[1]
+    mark_runs(faces, marks)
+    begin, n, n_runs, sky = 0, 0, 0, False
     out.sky[:] = _ZERO
     while begin < width:
-        i, end = faces[0, y, begin], _run_end(faces, y, begin)
-        if end == begin:
+        i, end = faces[0, begin], begin + 1
+        while marks[BEGINS, end] == 0:
+            end += 1
+        if marks[MIXED, begin] != 0:
+            before = n
             n = _add_edge(visible, faces, subsamples, bank, anisotropy, y, begin, out, n)
-            end = begin + 1
+            for k in range(before, n):
+                out.runs[n_runs] = k, begin, 1
+                n_runs += 1
+            sky = sky or out.sky[begin] > _ZERO
         elif i < 0:
             out.sky[begin:end] = _ONE
+            sky = True
         else:
+            out.runs[n_runs] = n, begin, end - begin
+            n_runs += 1
             n = _add_run(visible, i, begin, end, F(y), bank, anisotropy, out, n)
         begin = end
-    return n
-
-
-@kernel
-def _run_end(faces: Any, y: int, begin: int) -> int:
-    """One past the last of the pixels from `begin` on that show one face with all sub-samples."""
-    i, end, width = faces[0, y, begin], begin, faces.shape[2]
-    while end < width:
-        for s in range(faces.shape[0]):
-            if faces[s, y, end] != i:
-                return end
-        end += 1
-    return end
+    return n, n_runs, sky
 
 
 @kernel
@@ -122,23 +124,23 @@ def _add_edge(
     """Add the fragments of one pixel that shows several faces."""
     n_samples = faces.shape[0]
     for s in range(n_samples):
-        i = faces[s, y, x]
+        i = faces[s, x]
         count, dx, dy = _share(visible, faces, subsamples, s, y, x)
         share = F(count) / F(n_samples)
         if count > 0 and i < 0:
             out.sky[x] = share
         elif count > 0:
-            n = _add_one(visible, i, x, F(x) + dx, F(y) + dy, share, bank, anisotropy, out, n)
+            n = _add_one(visible, i, F(x) + dx, F(y) + dy, share, bank, anisotropy, out, n)
     return n
 
 
 @kernel
 def _share(visible: Any, faces: Any, subsamples: Any, s: int, y: int, x: int) -> Any:
     """Sub-samples that see what sub-sample s sees, and their centroid; 0 if told before."""
-    i = faces[s, y, x]
+    i = faces[s, x]
     count, dx, dy = 0, _ZERO, _ZERO
     for r in range(faces.shape[0]):
-        if _continues(visible, faces[r, y, x], i, F(x), F(y)):
+        if _continues(visible, faces[r, x], i, F(x), F(y)):
             if r < s:
                 return 0, _ZERO, _ZERO
             count += 1
@@ -174,7 +176,7 @@ def _add_run(
     to_u, to_v = out.u[n : n + count], out.v[n : n + count]
     to_step_u, to_step_v = out.step_u[n : n + count], out.step_v[n : n + count]
     to_taps, to_width = out.taps[n : n + count], out.width[n : n + count]
-    to_gain, to_pixel = out.gain[n : n + count], out.pixel[n : n + count]
+    to_gain = out.gain[n : n + count]
     for k in range(to_u.size):
         x = x0 + F(np.int32(k))
         z = _ONE / (p0 * x + w0)
@@ -188,25 +190,14 @@ def _add_run(
         to_taps[k], to_width[k] = taps, width
         to_gain[k] = (s0 + su * u + sv * v) / taps
     out.base[n : n + count], out.size[n : n + count] = bank.offsets[texture, 0], bank.sizes[texture]
-    for k in range(to_pixel.size):
-        to_pixel[k] = np.int32(begin + k)
     return n + count
 
 
 @kernel
 def _add_one(
-    visible: Any,
-    i: int,
-    column: int,
-    x: Any,
-    y: Any,
-    share: Any,
-    bank: Any,
-    anisotropy: Any,
-    out: Any,
-    n: int,
+    visible: Any, i: int, x: Any, y: Any, share: Any, bank: Any, anisotropy: Any, out: Any, n: int
 ) -> int:
-    """Add a share of the pixel in a column, sampled at (x, y), where face i shows."""
+    """Add a share of a pixel, sampled at (x, y), where face i shows."""
     p, shade, texture = visible.planes32[i], visible.shade[i], visible.texture[i]
     z = _ONE / (p[0] * x + (p[1] * y + p[2]))
     du, dv = (p[3] * x + (p[4] * y + p[5])) * z, (p[7] * x + (p[8] * y + p[9])) * z
@@ -218,7 +209,7 @@ def _add_one(
     )  # fmt: skip
     out.u[n], out.v[n], out.taps[n] = _fraction(u), _fraction(v), taps
     out.gain[n] = share * (shade[0] + shade[1] * u + shade[2] * v) / taps
-    out.base[n], out.size[n], out.pixel[n] = bank.offsets[texture, 0], size, column
+    out.base[n], out.size[n] = bank.offsets[texture, 0], size
     return n + 1
 
 

@@ -1,6 +1,6 @@
 """The rasteriser: pictures of a mesh from a pinhole camera.
 
-Project, cover, resolve: a kernel each. Only whole numbers and + - * / sqrt and floor on IEEE
+Project, then draw row by row: a kernel each. Only whole numbers and + - * / sqrt and floor on IEEE
 floats, so the pixels depend neither on the processor nor on the number of threads.
 """
 
@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grouser.envs.simulation.renderers.base import NEAR, Image
-from grouser.envs.simulation.renderers.coverage import SUBSAMPLES, cover, read_depth
-from grouser.envs.simulation.renderers.fragments import room_for_row
+from grouser.envs.simulation.renderers.coverage import SUBSAMPLES
+from grouser.envs.simulation.renderers.drawing import draw, look, room_for_row
 from grouser.envs.simulation.renderers.mesh import SKY_OBJECT, Mesh
 from grouser.envs.simulation.renderers.pinhole import Pinhole
 from grouser.envs.simulation.renderers.projection import View, project_faces
 from grouser.envs.simulation.renderers.relief_projection import project_relief
-from grouser.envs.simulation.renderers.resolve import resolve
 from grouser.envs.simulation.renderers.sky import make_sky
 from grouser.envs.simulation.renderers.textures import METRES_PER_TEXEL, TextureBank
 from grouser.envs.simulation.renderers.visible import room_for
@@ -49,52 +48,44 @@ class Rasteriser:
         self._tiles = bank.sizes * METRES_PER_TEXEL
         self._sky = make_sky(mesh.light, camera, channels=bank.channels)
         self._subsamples = SUBSAMPLES[samples]
-        self._depth = np.empty((camera.height, camera.width), dtype=np.float32)
-        self._seen = np.empty((samples, camera.height, camera.width), dtype=np.int32)
-        self._fragments = room_for_row(camera.width, samples, bank.channels)
+        self._room = room_for_row(camera.width, samples, bank.channels)
         self._visible = room_for(len(faces) + 2 * mesh.relief.texture.size)
-        self._n_visible = 0
 
     def render(self, T_world_camera: Array) -> Image:
         """A new image (height, width, 1 or 3) from the camera's pose (4, 4)."""
-        image = np.empty((*self._depth.shape, self._bank.channels), dtype=np.uint8)
-        self._project(T_world_camera)
-        self._cover()
-        self._resolve(T_world_camera, image)
+        camera, bank = self._camera, self._bank
+        image = np.empty((camera.height, camera.width, bank.channels), dtype=np.uint8)
+        sky = self._sky.seen_from(camera, T_world_camera)
+        draw(
+            self._visible, self._project(T_world_camera), self._subsamples, bank,
+            self._anisotropy, sky, self._room, image,
+        )  # fmt: skip
         return image
 
     def depth(self, T_world_camera: Array) -> NDArray[np.float32]:
         """(height, width) m along the optical axis, at the first sub-sample; inf for sky."""
-        self._project(T_world_camera)
-        self._cover()
-        depth = np.empty(self._depth.shape, dtype=np.float32)
-        read_depth(self._visible, self._seen[0], depth)
-        return depth
+        return self._look(T_world_camera)[0]
 
     def segmentation(self, T_world_camera: Array) -> NDArray[np.int32]:
         """(height, width) objects at the first sub-sample; SKY_OBJECT where there is none."""
-        self._project(T_world_camera)
-        self._cover()
-        seen = self._seen[0]
+        seen = self._look(T_world_camera)[1]
         return np.where(seen >= 0, self._visible.object[seen], np.int32(SKY_OBJECT))
 
-    def _project(self, T_world_camera: Array) -> None:
+    def _look(self, T_world_camera: Array) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+        """(height, width) depth, and which polygon is seen."""
+        shape = self._camera.height, self._camera.width
+        depth, seen = np.empty(shape, dtype=np.float32), np.empty(shape, dtype=np.int32)
+        n = self._project(T_world_camera)
+        look(self._visible, n, self._subsamples, self._room, depth, seen)
+        return depth, seen
+
+    def _project(self, T_world_camera: Array) -> int:
+        """How many polygons may be seen."""
         view, faces, visible = self._view(T_world_camera), self._mesh.faces, self._visible
         n = project_faces(
             faces.corners, faces.uv, faces.shade, self._labels, self._chunks, view, visible, 0
         )
-        self._n_visible = project_relief(self._mesh.relief, self._tiles, view, visible, n)
-
-    def _cover(self) -> None:
-        for (dx, dy), seen in zip(self._subsamples.tolist(), self._seen, strict=True):
-            cover(self._visible, self._n_visible, dx, dy, self._depth, seen)
-
-    def _resolve(self, T_world_camera: Array, image: Image) -> None:
-        sky = self._sky.seen_from(self._camera, T_world_camera)
-        resolve(
-            self._visible, self._seen, self._subsamples, self._bank, self._anisotropy, sky,
-            self._fragments, image,
-        )  # fmt: skip
+        return int(project_relief(self._mesh.relief, self._tiles, view, visible, n))
 
     def _view(self, T_world_camera: Array) -> View:
         c = self._camera
