@@ -79,6 +79,11 @@ TRUTH_KEYS = frozenset({"true_pose", "true_pose_3d"})
 """Keys of `info` that only ground-truth and emulated may require (`registry.TRUTH_READERS`)."""
 
 
+def stamp_of(key: str, observation: Observation) -> float:
+    """s; when that was measured, which is now where nothing else is said."""
+    return float(observation.get(f"{key}_stamp", observation["stamp"])[0])
+
+
 def lacking(kind: type[PoseEstimator], given: Iterable[str]) -> list[str]:
     """What a kind of estimator would need beside the keys `given`; of a group, "a or b"."""
     given = frozenset(given)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from grouser.checks import require_not_negative
-from grouser.estimators.base import Observation
+from grouser.estimators.base import Observation, stamp_of
 from grouser.estimators.visual.constant_errors import ConstantErrors
 from grouser.rig import Imu
 
@@ -54,7 +54,7 @@ class Gyro:
 
     def reset(self, observation: Observation) -> None:
         """Start with the first observation, whose reading is of the time before it."""
-        self._read_at, _ = _stamps(observation)
+        self._read_at = stamp_of("imu", observation)
         self.fresh = True
 
     def read(self, observation: Observation) -> Turn | None:
@@ -64,7 +64,7 @@ class Gyro:
         gravity forbids. One that is late says nothing of the motion up to now.
         """
         imu = np.asarray(observation["imu"], dtype=np.float64)
-        read_at, now = _stamps(observation)
+        read_at, now = stamp_of("imu", observation), float(observation["stamp"][0])
         duration = read_at - self._read_at
         self.fresh = duration > _ROUNDING
         if not self.fresh:
@@ -84,9 +84,3 @@ def make_gyro(
     if imu is None or "imu" not in observation:
         return None
     return Gyro(imu, dt, options or GyroOptions())
-
-
-def _stamps(observation: Observation) -> tuple[float, float]:
-    """When the reading was taken, and now, s."""
-    now = float(observation["stamp"][0])
-    return float(observation.get("imu_stamp", observation["stamp"])[0]), now
