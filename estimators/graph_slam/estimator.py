@@ -13,11 +13,10 @@ from grouser.estimators.graph_slam.loops import LoopCloser, LoopOptions
 from grouser.estimators.graph_slam.pose_graph import PoseGraph
 from grouser.estimators.graph_slam.verification import FitOptions
 from grouser.estimators.line_slam.motion_source import motion_source
-from grouser.estimators.line_slam.scan import ScanReader
-from grouser.estimators.line_slam.sight import stamp_of
+from grouser.estimators.line_slam.scan_stream import ScanStream
 from grouser.estimators.line_slam.support import Support
 from grouser.estimators.scan_matching.surface import Surface, surface_of
-from grouser.geometry import Array, compose
+from grouser.geometry import Array, between, compose
 from grouser.kernels import announce
 from grouser.rig import Rig
 
@@ -32,7 +31,7 @@ class GraphLineSlam(PoseEstimator, Smoother):
     """
 
     requires: ClassVar[frozenset[str]] = frozenset({"lidar", "stamp"})
-    optional: ClassVar[frozenset[str]] = frozenset({"tracks", "steering", "odometry"})
+    optional: ClassVar[frozenset[str]] = frozenset({"tracks", "steering", "odometry", "imu"})
 
     def __init__(
         self,
@@ -66,7 +65,7 @@ class GraphLineSlam(PoseEstimator, Smoother):
             )
         announce()
         self._make_motion = motion_source(rig, odometry, readable=self.requires | self.optional)
-        self._reader = ScanReader(rig.lidar)
+        self._rig = rig
         self.keyframe_distance, self.keyframe_turn = keyframe_distance, keyframe_turn
         self.supported_for = supported_for
         require_positive(self, "keyframe_distance", "keyframe_turn", "supported_for")
@@ -101,9 +100,11 @@ class GraphLineSlam(PoseEstimator, Smoother):
         self._closer = LoopCloser(self._loops, self._fit)
         self._support = Support(self.supported_for)
         self._unsettled = 0
-        self._keyframes.append(self._surface(observation), 0.0)
+        self._scans = ScanStream(self._rig, observation)
+        scan = self._scans.next(observation)
+        assert scan is not None, "the first one is always new"
+        self._keyframes.append(surface_of(scan), 0.0)
         self._kept, self._frames = [0], [(0, np.zeros(3))]
-        self._scan_stamp = stamp_of("lidar", observation)
         self._started = True
         return self._estimate(observation, supported=True)
 
@@ -115,19 +116,17 @@ class GraphLineSlam(PoseEstimator, Smoother):
             ValueError: a scan or a motion that is not what the contract says.
         """
         self._check_started()
+        before = self._front.pose
         self._front.predict(observation)
         supported = False
-        if (stamp := stamp_of("lidar", observation)) != self._scan_stamp:
-            self._scan_stamp = stamp
-            surface = self._surface(observation)
+        scan = self._scans.next(observation, between(before, self._front.pose))
+        if scan is not None:
+            surface = surface_of(scan)
             supported = self._front.correct(surface, self._graph, self._keyframes)
             if self._moved_on():
                 self._keep(surface)
         self._frames.append((len(self._graph) - 1, self._front.pose.copy()))
         return self._estimate(observation, supported=supported)
-
-    def _surface(self, observation: Observation) -> Surface:
-        return surface_of(self._reader.read(observation["lidar"]))
 
     def _moved_on(self) -> bool:
         x, y, turn = self._front.pose.tolist()

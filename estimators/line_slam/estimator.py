@@ -24,7 +24,7 @@ class EkfLineSlam(PoseEstimator, LineMapper):
 
     requires: ClassVar[frozenset[str]] = frozenset({"stamp"})
     optional: ClassVar[frozenset[str]] = frozenset(
-        {"lines", "lidar", "tracks", "steering", "odometry"}
+        {"lines", "lidar", "tracks", "steering", "odometry", "imu"}
     )
     requires_one_of: ClassVar[tuple[frozenset[str], ...]] = (frozenset({"lines", "lidar"}),)
 

@@ -100,7 +100,7 @@ def _own(
     assert rig.odometry is not None
     odometry = OdometryPredictor(rig.odometry)
     if scan_aided and rig.lidar is not None and "lidar" in observation:
-        return PredictedMotion(ScanAidedPredictor(odometry, rig.lidar, observation))
+        return PredictedMotion(ScanAidedPredictor(odometry, rig, observation))
     return PredictedMotion(odometry)
 
 

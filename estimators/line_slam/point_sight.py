@@ -5,10 +5,10 @@ from abc import ABC, abstractmethod
 import numpy as np
 from numpy.typing import NDArray
 
-from grouser.estimators.base import Observation
+from grouser.estimators.base import Observation, stamp_of
 from grouser.estimators.line_slam.lines import lines_to_world, normals
 from grouser.estimators.line_slam.points import polar
-from grouser.estimators.line_slam.sight import EndPointSight, stamp_of
+from grouser.estimators.line_slam.sight import EndPointSight
 from grouser.geometry import Array
 from grouser.rig_motion import LineSensor
 

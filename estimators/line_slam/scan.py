@@ -9,6 +9,8 @@ from grouser.geometry import Array, exp, log, rotate
 from grouser.rig import Lidar
 
 _ROUNDING = 1e-6  # of the least and the longest range: readings are float32
+_CLEARANCE = 0.05
+"""m above the floor on which the robot stands: what a tilted beam meets there may be the floor"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,8 +49,9 @@ class ScanReader:
         self._order = slice(None) if step >= 0 else slice(None, None, -1)
         bearings = lidar.bearings[self._order]
         c, s = np.cos(bearings), np.sin(bearings)
-        self._directions = np.stack([c, s], axis=-1) @ R.T
-        self._turns = np.sign(step) * (np.stack([-s, c], axis=-1) @ R.T)
+        self._cosines = np.stack([c, s], axis=-1)
+        self._turning = np.sign(step) * np.stack([-s, c], axis=-1)
+        self._directions, self._turns = self._cosines @ R.T, self._turning @ R.T
         self._origins = np.tile(lidar.T_base_lidar[:2, 3], (lidar.n_beams, 1))
         self.increment = abs(lidar.angle_increment)
         """rad between two beams"""
@@ -56,7 +59,12 @@ class ScanReader:
         self.full_turn = bool(seam < 1.5 * self.increment)
         """Whether the beam after the last one is the first."""
 
-    def read(self, ranges: ArrayLike, motion: Array | None = None) -> Scan:
+    def read(
+        self,
+        ranges: ArrayLike,
+        motion: Array | None = None,
+        levelling: Array | None = None,
+    ) -> Scan:
         """The beams of a scan.
 
         Args:
@@ -65,6 +73,9 @@ class ScanReader:
             motion: (3,) x, y [m], heading [rad] of the robot as the last beam was sent, seen from
                 where it was for the first one; beams move with the robot, at a constant twist.
                 Left out, it stood still.
+            levelling: (3, 3) as `Inclination` has it: the beams are those in the level plane, and
+                what is met near the floor on which the robot stands says nothing. Left out, the
+                robot stands level.
 
         Raises:
             ValueError: there is not one range for each beam of the lidar.
@@ -79,21 +90,37 @@ class ScanReader:
         told[~(told > self._lidar.range_min * (1 + _ROUNDING))] = np.nan
         told[far] = np.inf
         told = told[self._order]
-        if motion is None:
-            return Scan(told, self._origins, self._directions, self._turns)
-        return self._deskewed(told, motion)
+        scan = Scan(told, self._origins, self._directions, self._turns)
+        if levelling is not None:
+            scan = self._levelled(told, levelling)
+        return scan if motion is None else self._straightened(scan, motion)
 
-    def _deskewed(self, ranges: Array, motion: Array) -> Scan:
+    def _levelled(self, ranges: Array, R: Array) -> Scan:
+        """Seen from above; without the floor."""
+        mount, origin = R @ self._lidar.T_base_lidar[:3, :2], R @ self._lidar.T_base_lidar[:3, 3]
+        beams = self._cosines @ mount.T
+        hit, above = np.isfinite(ranges), float(self._lidar.T_base_lidar[2, 3])
+        if above > 0:  # elsewhere nobody said how high the lidar is
+            height = origin[2] + np.where(hit, ranges, 0.0) * beams[:, 2]
+            ranges = np.where(hit & (height < min(_CLEARANCE, above / 4)), np.nan, ranges)
+        return Scan(
+            ranges,
+            np.tile(origin[:2], (self._lidar.n_beams, 1)),
+            beams[:, :2],
+            self._turning @ mount[:2].T,
+        )
+
+    def _straightened(self, scan: Scan, motion: Array) -> Scan:
         """Each beam from where the robot was when it sent it, in the frame of the last beam."""
         n = self._lidar.n_beams
         to_come = np.linspace(1.0, 0.0, n)[self._order]
         poses = exp(-to_come[:, None] * log(motion))
         heading = poses[:, 2]
         return Scan(
-            ranges,
-            poses[:, :2] + rotate(heading, self._origins),
-            rotate(heading, self._directions),
-            rotate(heading, self._turns),
+            scan.ranges,
+            poses[:, :2] + rotate(heading, scan.origins),
+            rotate(heading, scan.directions),
+            rotate(heading, scan.turns),
         )
 
 

@@ -3,14 +3,13 @@
 import numpy as np
 
 from grouser.estimators.base import Observation
-from grouser.estimators.line_slam.scan import ScanReader
-from grouser.estimators.line_slam.sight import stamp_of
+from grouser.estimators.line_slam.scan_stream import ScanStream
 from grouser.estimators.scan_matching.matcher import ScanMatch, ScanMatcher
 from grouser.estimators.scan_matching.reference import make_reference
 from grouser.estimators.scan_matching.surface import Surface, surface_of
 from grouser.estimators.visual.prediction import Increment, MotionPredictor
 from grouser.geometry import Array, wrap
-from grouser.rig import Lidar
+from grouser.rig import Rig
 
 
 class ScanAidedPredictor(MotionPredictor):
@@ -24,16 +23,15 @@ class ScanAidedPredictor(MotionPredictor):
 
     measures = True
 
-    def __init__(self, inner: MotionPredictor, lidar: Lidar, observation: Observation) -> None:
+    def __init__(self, inner: MotionPredictor, rig: Rig, observation: Observation) -> None:
         """observation: the first one."""
         self._inner, self.errors = inner, inner.errors
-        self._reader, self._matcher = ScanReader(lidar), ScanMatcher()
-        self._stamp = float("nan")
-        self._last = self._new_surface(observation)
+        self._scans, self._matcher = ScanStream(rig, observation), ScanMatcher()
+        self._last = self._new_surface(observation, None)
 
     def predict(self, observation: Observation, biases: Array) -> Increment:
         increment = self._inner.predict(observation, biases)
-        before, self._last = self._last, self._new_surface(observation)
+        before, self._last = self._last, self._new_surface(observation, increment.pose)
         if before is None or self._last is None:
             return increment
         match = self._matcher.match(
@@ -50,13 +48,12 @@ class ScanAidedPredictor(MotionPredictor):
     def tell(self, biases: Array, covariance: Array) -> dict[str, float]:
         return self._inner.tell(biases, covariance)
 
-    def _new_surface(self, observation: Observation) -> Surface | None:
+    def _new_surface(self, observation: Observation, increment: Array | None) -> Surface | None:
         """Of the scan that came with this observation; None where none came."""
-        stamp = stamp_of("lidar", observation)
-        if stamp == self._stamp:
+        scan = self._scans.next(observation, increment)
+        if scan is None:
             return None
-        self._stamp = stamp
-        surface = surface_of(self._reader.read(observation["lidar"]))
+        surface = surface_of(scan)
         return surface if len(surface.points) >= _FEWEST else None
 
 

@@ -3,13 +3,13 @@
 from abc import ABC, abstractmethod
 from typing import ClassVar
 
-from grouser.estimators.base import Observation
+from grouser.estimators.base import Observation, stamp_of
 from grouser.estimators.line_slam.endpoint_sensor import measure_lines
 from grouser.estimators.line_slam.extraction import ExtractionOptions, LineExtractor
 from grouser.estimators.line_slam.measurements import LineMeasurements
-from grouser.estimators.line_slam.scan import Sweep
+from grouser.estimators.line_slam.scan_stream import ScanStream
 from grouser.geometry import Array
-from grouser.rig import Lidar, Rig
+from grouser.rig import Rig
 from grouser.rig_motion import LineSensor
 
 
@@ -58,25 +58,17 @@ class LidarSight(Sight):
 
     of_surfaces = True
 
-    def __init__(self, lidar: Lidar) -> None:
-        self._extractor = LineExtractor(lidar, ExtractionOptions(min_length=_SHORTEST))
-        self._sweep = Sweep(lidar)
-        self._stamp: float | None = None
+    def __init__(self, rig: Rig, observation: Observation) -> None:
+        """observation: the first one."""
+        assert rig.lidar is not None
+        self._extractor = LineExtractor(rig.lidar, ExtractionOptions(min_length=_SHORTEST))
+        self._scans = ScanStream(rig, observation)
 
     def lines(
         self, observation: Observation, increment: Array | None = None
     ) -> LineMeasurements | None:
-        motion = self._sweep.motion(float(observation["stamp"][0]), increment)
-        stamp = stamp_of("lidar", observation)
-        if stamp == self._stamp:
-            return None
-        self._stamp = stamp
-        return self._extractor.extract(observation["lidar"], motion)
-
-
-def stamp_of(key: str, observation: Observation) -> float:
-    """s; when that was measured, which is now where nothing else is said."""
-    return float(observation.get(f"{key}_stamp", observation["stamp"])[0])
+        scan = self._scans.next(observation, increment)
+        return None if scan is None else self._extractor.lines_of(scan)
 
 
 def make_sight(rig: Rig, observation: Observation) -> Sight:
@@ -88,7 +80,7 @@ def make_sight(rig: Rig, observation: Observation) -> Sight:
     if rig.line_sensor is not None and "lines" in observation:
         return EndPointSight(rig.line_sensor)
     if rig.lidar is not None and "lidar" in observation:
-        return LidarSight(rig.lidar)
+        return LidarSight(rig, observation)
     raise ValueError(
         "line SLAM needs 'lines' with rig.line_sensor, or 'lidar' with rig.lidar, but the "
         f"environment gives {sorted(observation)}; make it with sensors= that include one of them"

@@ -22,7 +22,7 @@ class VoLineSlam(PoseEstimator, LineMapper):
     """
 
     requires: ClassVar[frozenset[str]] = frozenset({"left", "right", "stamp"})
-    optional: ClassVar[frozenset[str]] = frozenset({"lines", "lidar", "tracks"})
+    optional: ClassVar[frozenset[str]] = frozenset({"lines", "lidar", "tracks", "imu"})
 
     def __init__(
         self,

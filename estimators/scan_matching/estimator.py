@@ -11,8 +11,7 @@ from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator
 from grouser.estimators.cruise_predictor import CruisePredictor
 from grouser.estimators.line_slam.motion import MotionModel, PredictedMotion
 from grouser.estimators.line_slam.motion_source import OWN, MakeMotion, motion_source
-from grouser.estimators.line_slam.scan import ScanReader, Sweep
-from grouser.estimators.line_slam.sight import stamp_of
+from grouser.estimators.line_slam.scan_stream import ScanStream
 from grouser.estimators.line_slam.support import Support
 from grouser.estimators.scan_matching.local_map import LocalMap, LocalMapOptions
 from grouser.estimators.scan_matching.matcher import MatchOptions, ScanMatch, ScanMatcher
@@ -33,7 +32,7 @@ class ScanMatching(PoseEstimator):
     """
 
     requires: ClassVar[frozenset[str]] = frozenset({"stamp", "lidar"})
-    optional: ClassVar[frozenset[str]] = frozenset({"tracks", "steering", "odometry"})
+    optional: ClassVar[frozenset[str]] = frozenset({"tracks", "steering", "odometry", "imu"})
 
     def __init__(
         self,
@@ -64,14 +63,13 @@ class ScanMatching(PoseEstimator):
                 "scan matching needs rig.lidar, and this rig has None; make the environment with "
                 "the sensor 'lidar'"
             )
-        self._lidar = rig.lidar
+        self._rig = rig
         self._make_motion = _motion(rig, odometry, self.requires | self.optional)
         self._options = match or MatchOptions()
         self._local_map = local_map or LocalMapOptions()
         self._least_inliers, self._supported_for = least_inliers, supported_for
         require_not_negative(self, "_least_inliers")
         Support(supported_for)  # raises, if it is out of range
-        self._reader = ScanReader(rig.lidar)
         self._filter: WindowFilter | None = None
 
     def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
@@ -83,8 +81,7 @@ class ScanMatching(PoseEstimator):
         self._filter = WindowFilter(self._make_motion(observation, rng))
         self._map = LocalMap(self._local_map)
         self._support = Support(self._supported_for)
-        self._scan_stamp: float | None = None
-        self._sweep = Sweep(self._lidar)
+        self._scans = ScanStream(self._rig, observation)
         surface = self._surface(observation, None)
         self._extend(self._filter, surface)
         return self._estimate(self._filter, observation, None)
@@ -109,12 +106,10 @@ class ScanMatching(PoseEstimator):
     def _surface(self, observation: Observation, increment: Array | None) -> Surface | None:
         """What a new scan shows, given how the robot moved since the observation before; None where
         there is none, or too little in it."""
-        motion = self._sweep.motion(float(observation["stamp"][0]), increment)
-        stamp = stamp_of("lidar", observation)
-        if stamp == self._scan_stamp:
+        scan = self._scans.next(observation, increment)
+        if scan is None:
             return None
-        self._scan_stamp = stamp
-        surface = surface_of(self._reader.read(observation["lidar"], motion))
+        surface = surface_of(scan)
         return surface if np.isfinite(surface.normal_sigmas).sum() >= _FEWEST else None
 
     def _match(self, filter: WindowFilter, surface: Surface | None) -> ScanMatch | None:

@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from grouser.estimators.inclination import levelling
 from grouser.estimators.line_slam.scan import ScanReader, Sweep
 from grouser.geometry import exp, inverse, log, rotation_from_rpy, transform
-from tests.estimators.line_slam.walls import ROOM, lidar, mounted, polygon, seen
+from grouser.rig import Lidar
+from tests.estimators.line_slam.walls import ROOM, lidar, mounted, polygon, ranges_along, seen
 
 ROOM_WALLS = polygon(ROOM)
 
@@ -91,3 +93,55 @@ def test_a_lidar_without_duration_does_not_sweep() -> None:
     assert sweep.motion(0.0, None) is None and sweep.motion(0.1, np.ones(3)) is None
     with pytest.raises(ValueError, match="Lidar.sweep_time must be zero or more"):
         replace(lidar(), sweep_time=-0.1)
+
+
+TILTED = rotation_from_rpy(0.03, 0.09, 0.0)
+"""T_start_base's rotation: nose down by five degrees, and over to the right."""
+HIGH = transform(np.eye(3), [0.1, 0.0, 0.45])
+
+
+def tilted_ranges(sensor: Lidar) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) of a robot that tilts in a room without a ceiling, and which beams met its floor."""
+    R, T = TILTED, sensor.T_base_lidar
+    beams = np.stack([np.cos(sensor.bearings), np.sin(sensor.bearings), 0 * sensor.bearings], -1)
+    beams, origin = beams @ (R @ T[:3, :3]).T, R @ T[:3, 3]
+    origins = np.tile(origin[:2], (sensor.n_beams, 1))
+    flat = ranges_along(ROOM_WALLS, origins, np.arctan2(beams[:, 1], beams[:, 0]))
+    to_wall = flat / np.hypot(beams[:, 0], beams[:, 1])
+    with np.errstate(divide="ignore"):
+        to_floor = np.where(beams[:, 2] < 0, -origin[2] / beams[:, 2], np.inf)
+    return np.minimum(to_wall, to_floor), to_floor < to_wall
+
+
+def test_who_knows_which_way_is_up_sees_walls_where_they_are() -> None:
+    sensor = lidar(mount=HIGH, range_max=12.0)
+    ranges, floor = tilted_ranges(sensor)
+    reader, level = ScanReader(sensor), levelling(TILTED[2])
+    assert not floor.any(), "it is out of sight in so small a room"
+    assert off_walls(reader.read(ranges, None, level).points) < 1e-12
+    assert off_walls(reader.read(ranges).points) > 0.03
+
+
+def test_the_floor_is_no_wall() -> None:
+    low = transform(np.eye(3), [0.1, 0.0, 0.2])
+    sensor = lidar(mount=low)
+    ranges, floor = tilted_ranges(sensor)
+    scan = ScanReader(sensor).read(ranges, None, levelling(TILTED[2]))
+    assert floor.sum() > 20 and np.isnan(scan.ranges[floor]).all()
+    assert off_walls(scan.points) < 1e-12 and scan.hit.sum() > 200
+
+
+def test_what_met_nothing_below_the_horizon_met_nothing() -> None:
+    sensor = lidar(mount=HIGH, range_max=12.0)
+    scan = ScanReader(sensor).read(np.full(360, 12.0), None, levelling(TILTED[2]))
+    assert np.isinf(scan.ranges).all()
+
+
+def test_a_level_scan_is_levelled_to_itself() -> None:
+    sensor = lidar(mount=mounted(0.3, -0.2, 0.7))
+    ranges, motion = seen(ROOM_WALLS, sensor), np.array([0.1, 0.0, 0.2])
+    reader = ScanReader(sensor)
+    for moved in (None, motion):
+        plain, level = reader.read(ranges, moved), reader.read(ranges, moved, np.eye(3))
+        np.testing.assert_allclose(plain.points, level.points, atol=1e-12)
+        np.testing.assert_allclose(plain.turns, level.turns, atol=1e-12)

@@ -20,7 +20,7 @@ def predicted(*, dark: range = range(0)) -> tuple[list[Increment], list[np.ndarr
     drive = synthetic_drive(frames=10, blackout=dark)
     assert RIG.lidar is not None
     odometry = OdometryPredictor(Odometry())
-    predictor = ScanAidedPredictor(odometry, RIG.lidar, drive.observations[0])
+    predictor = ScanAidedPredictor(odometry, RIG, drive.observations[0])
     increments = []
     for observation in drive.observations[1:]:
         wrong = observation["odometry"] + np.array([0.0, 0.0, TURNED])
@@ -48,7 +48,7 @@ def test_scans_that_are_not_new_tell_nothing() -> None:
     drive = synthetic_drive(frames=3, blackout=range(0))
     assert RIG.lidar is not None
     first = {**drive.observations[0], "lidar_stamp": np.zeros(1)}
-    predictor = ScanAidedPredictor(OdometryPredictor(Odometry()), RIG.lidar, first)
+    predictor = ScanAidedPredictor(OdometryPredictor(Odometry()), RIG, first)
     again = {**drive.observations[1], "lidar_stamp": np.zeros(1)}
     plain = OdometryPredictor(Odometry()).predict(again, NONE)
     assert predictor.predict(again, NONE).covariance == pytest.approx(plain.covariance)
