@@ -28,7 +28,7 @@ def test_what_it_cannot_do_is_refused() -> None:
     with pytest.raises(ValueError, match=r"needs rig.line_sensor or rig.lidar to see lines"):
         make("vo-line-slam", RIG.with_overrides({"line_sensor": None, "lidar": None}))
     with pytest.raises(ValueError, match="not shown"):
-        make("vo-line-slam", RIG, odometry="vo-imu-gps")
+        make("vo-line-slam", RIG, odometry="ground-truth")
     estimator = make("vo-line-slam", RIG)
     with pytest.raises(RuntimeError, match="call reset"):
         estimator.update({})
