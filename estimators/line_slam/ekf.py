@@ -62,6 +62,9 @@ class Told:
     new: int = 0
     nis: float = float("nan")
     """Mean of the matched lines' squared innovations over their covariance; 2 is honest."""
+    pairs: tuple[tuple[Array, Array], ...] = ()
+    """Lines of the map (k, 2) that were matched, as they were corrected, and beside each what was
+    seen of it (k, 2) from the robot; one correction after another."""
 
 
 class LineEkf:
@@ -125,14 +128,16 @@ class LineEkf:
         by_noise, seen = by_noise[good], seen[good]
         d2: list[float] = []
         matched: list[int] = []
+        together: list[tuple[Array, Array]] = []
         left = np.arange(len(seen))
         for again in range(2):  # what the first corrections leave open, the map may tell then
             pairs = self._associate(seen[left]) if again else self._associate_or_doubt(seen)
             if not again:
                 self._learn_unevenness(by_noise, pairs)
-            believed, fits = self._correct(seen[left], pairs)
+            which, believed, fits = self._correct(seen[left], pairs)
             d2 += fits
             matched += believed
+            together.append((self.state.lines[believed], seen.lines[left[which]]))
             new = left[pairs.new]
             left = np.setdiff1d(left, left[pairs.seen])
             if not len(left):
@@ -145,7 +150,7 @@ class LineEkf:
             self._merge(matched)
             self._forget_doubtful()
         nis = float(np.mean(d2)) if d2 else float("nan")
-        return Told(measured, len(seen), len(d2), len(new), nis)
+        return Told(measured, len(seen), len(d2), len(new), nis, tuple(together))
 
     def know(self, line_map: LineMap) -> None:
         """Take the lines of a map with their joint covariance, before anything is seen."""
@@ -204,9 +209,11 @@ class LineEkf:
             turned_about(of_uneven(paired), pairs.turned),
         )
 
-    def _correct(self, seen: LineMeasurements, pairs: Pairs) -> tuple[list[int], list[float]]:
-        """By one line after another: those of the map that still fit after the ones before them,
-        and their d2."""
+    def _correct(
+        self, seen: LineMeasurements, pairs: Pairs
+    ) -> tuple[list[int], list[int], list[float]]:
+        """By one line after another: those seen that still fit after the ones before them, the
+        lines of the map that they are, and their d2."""
         state, used = self.state, 0
         d2: list[float] = []
         self._linearization.begin(state)
@@ -234,7 +241,7 @@ class LineEkf:
             self.end_points.extend(
                 line, state.lines[line], ends[i], seen.end_sigmas[i], seen.open_ends[i]
             )
-        return [line for _, line in believed], d2
+        return [i for i, _ in believed], [line for _, line in believed], d2
 
     def _innovation(self, z: Array, R: Array, line: int) -> tuple[Array, Array]:
         """nu and its R; turned over where the map has the line written the other way about."""

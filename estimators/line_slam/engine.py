@@ -52,6 +52,7 @@ class LineSlam:
         self._start_sigma = _sigmas(start_sigma)
         self._options, self._uneven = options, unevenness
         self._filter: LineEkf | None = None
+        self._told = Told(measured=False)
 
     @property
     def filter(self) -> LineEkf:
@@ -69,6 +70,15 @@ class LineSlam:
         """The lines as they are known now, or the map that was given, as it was given."""
         running = self.filter
         return running.known() if self._map is None else self._map
+
+    @property
+    def matches(self) -> tuple[Array, Array]:
+        """(k, 2) lines of the map that corrected the estimate last, and (k, 2) each as it was seen
+        from the robot."""
+        _ = self.filter  # raises before the first one
+        none = (np.zeros((0, 2)), np.zeros((0, 2)))
+        of_map, seen = zip(none, *self._told.pairs, strict=True)
+        return np.concatenate(of_map), np.concatenate(seen)
 
     def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
         """Start at pose zero: known exactly, or in the frame of a map as `start_sigma` says.
@@ -110,7 +120,7 @@ class LineSlam:
         return Unevenness(known, least=_LEAST_WHERE_IT_TILTS if tilts else 0.0)
 
     def _estimate(self, observation: Observation, told: Told) -> PoseEstimate:
-        state = self.filter.state
+        state, self._told = self.filter.state, told
         return self._support.estimate(
             observation,
             state.pose,

@@ -11,6 +11,7 @@ from grouser.estimators.line_slam.ekf import LineEkfOptions
 from grouser.estimators.line_slam.engine import LineSlam
 from grouser.estimators.line_slam.map import LineMap, LineMapper
 from grouser.estimators.line_slam.motion_source import motion_source
+from grouser.geometry import Array
 from grouser.rig import Rig
 
 
@@ -85,6 +86,16 @@ class EkfLineSlam(PoseEstimator, LineMapper):
     @property
     def map(self) -> LineMap:
         return self._slam.map
+
+    @property
+    def matches(self) -> tuple[Array, Array]:
+        """Of the last observation: (k, 2) lines of the map that corrected the estimate, r [m] and
+        alpha [rad], and (k, 2) each as it was seen from the robot; see `lines.py`.
+
+        Raises:
+            RuntimeError: `reset` was not called yet.
+        """
+        return self._slam.matches
 
     def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
         """Start at pose zero: known exactly, or in the frame of a map as `start_sigma` says.

@@ -55,7 +55,9 @@ def contest_section(figures: Figures) -> Section:
                 "were seen, 2 for each; a gate at 9.21 cuts it to 1.91. Lines that the map "
                 "has are compared with the nearest that there is; there are 4. A foot point is "
                 "that of the world's origin on a line, by which the paper names a line; a sensor "
-                "that reports it sees what the paper's equations describe, and no lidar does."
+                "that reports it sees what the paper's equations describe, and no lidar does. "
+                "An association is wrong where a line that was seen corrected another one of the "
+                "map, in all drives together."
             ),
             *(_table(world, figures) for world in reversed(WORLDS)),
         ],
@@ -81,6 +83,9 @@ def _values(outcome: Outcome, name: str, form: Form) -> Mapping[str, float]:
     if "line_r" in of:
         values["line_r_m"] = float(of["line_r"].mean())
         values["line_alpha_deg"] = float(np.degrees(of["line_alpha"].mean()))
+    if "wrong" in of:
+        values["associations"] = float(of["associations"].sum())
+        values["wrong_associations"] = float(of["wrong"].sum())
     return values
 
 
@@ -95,6 +100,7 @@ _COLUMNS = {
     "landmarks": ("landmarks", 2),
     "line_r_m": ("a line's r, m", 3),
     "line_alpha_deg": ("its alpha, deg", 2),
+    "wrong_associations": ("wrong associations", 0),
 }
 
 

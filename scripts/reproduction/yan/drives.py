@@ -1,6 +1,6 @@
 """Drives through the paper's course, and what estimators made of them."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any
 
@@ -41,10 +41,15 @@ def rig_of(env: gym.Env[Any, Any]) -> Rig:
 
 
 def watch(
-    env: gym.Env[Any, Any], world: str, estimators: Mapping[str, PoseEstimator], seed: int
+    env: gym.Env[Any, Any],
+    world: str,
+    estimators: Mapping[str, PoseEstimator],
+    seed: int,
+    *,
+    on_step: Callable[[], None] = lambda: None,
 ) -> list[Run]:
-    """One drive, of which all estimators see the same bits."""
+    """One drive, of which all estimators see the same bits; `on_step` is called after each step."""
     actions = course(world)
     return compare_open_loop(
-        env, estimators, lambda step: actions[step], seed=seed, steps=len(actions)
+        env, estimators, lambda step: actions[step], seed=seed, steps=len(actions), on_step=on_step
     )

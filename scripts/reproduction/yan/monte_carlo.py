@@ -12,10 +12,11 @@ from grouser.estimators.evaluation.consistency import nees
 from grouser.estimators.line_slam.map import LineMapper
 from grouser.geometry import Array, compose, wrap
 from grouser.scripts.reproduction.experiment import Experiment, OnPart, Outcome, Outcomes
+from grouser.scripts.reproduction.yan.associations import Associations
 from grouser.scripts.reproduction.yan.drives import line_world, rig_of, watch
 from grouser.scripts.reproduction.yan.forms import Form, make_form
 from grouser.scripts.reproduction.yan.honesty import plane_nees
-from grouser.scripts.reproduction.yan.maps import map_errors
+from grouser.scripts.reproduction.yan.maps import map_errors, true_lines
 from grouser.scripts.reproduction.yan.paper import OBSERVING_EVERY
 
 _BLOCK = 5
@@ -62,19 +63,21 @@ class MonteCarlo(Experiment):
         turn = self.start_sigma * np.random.default_rng([seed, _STARTS]).standard_normal()
         start = np.array([0.0, 0.0, turn])
         values: dict[str, dict[str, Array | float]] = {}
-        for name, (run, estimator) in self._watched(seed).items():
+        for name, (run, estimator, looks) in self._watched(seed).items():
             assert run.true_poses is not None
             truth = compose(start, run.true_poses)
             values[name] = _over_time(run, truth) | _in_all(run, truth)
             if isinstance(estimator, LineMapper) and not self.start_sigma:
                 values[name] |= self._of_map(estimator)
+            if name in looks and not self.start_sigma:
+                values[name] |= self._of_associations(looks, name, truth)
         return values
 
-    def _watched(self, seed: int) -> dict[str, tuple[Run, PoseEstimator]]:
-        """Each with the estimator as it was left. One environment for each kind of sight: the
-        steering's noise is the same in all."""
+    def _watched(self, seed: int) -> dict[str, tuple[Run, PoseEstimator, Associations]]:
+        """Each with the estimator as it was left, and what it took lines for. One environment for
+        each kind of sight: the steering's noise is the same in all."""
         known = {"start_sigma": (0.0, 0.0, self.start_sigma)} if self.start_sigma else {}
-        watched: dict[str, tuple[Run, PoseEstimator]] = {}
+        watched: dict[str, tuple[Run, PoseEstimator, Associations]] = {}
         for sight in dict.fromkeys((form.sees, form.noise) for form in self.forms.values()):
             sees, noise = sight
             sensors = ("steering",) if sees is None else ("steering", sees)
@@ -84,8 +87,9 @@ class MonteCarlo(Experiment):
                 for name, form in self.forms.items()
                 if (form.sees, form.noise) == sight
             }
-            for run in watch(env, self.world, estimators, seed):
-                watched[run.estimator] = run, estimators[run.estimator]
+            looks = Associations(estimators)
+            for run in watch(env, self.world, estimators, seed, on_step=looks.note):
+                watched[run.estimator] = run, estimators[run.estimator], looks
         return watched
 
     def _of_map(self, mapper: LineMapper) -> dict[str, Array | float]:
@@ -97,6 +101,14 @@ class MonteCarlo(Experiment):
             "line_alpha": errors.alpha,
             "third_end": errors.third_end,
         }
+
+    def _of_associations(
+        self, looks: Associations, name: str, truth: Array
+    ) -> dict[str, Array | float]:
+        """How many there were in a drive, and how many were wrong."""
+        true = true_lines(make_plane_world(self.world).segments_from_start)
+        associations, wrong = looks.counts(name, true, truth[1:])
+        return {"associations": float(associations), "wrong": float(wrong)}
 
 
 def blocks(

@@ -37,6 +37,8 @@ def _of_world(world: str, words: str) -> tuple[_Claim, ...]:
                printed=f"{printed}.line_r_m"),
         _Claim(f"{words}: error of a line's alpha, deg", f"{ours}.line_alpha_deg", None, 1.5, 3,
                printed=f"{printed}.line_alpha_deg"),
+        _Claim(f"{words}: wrong associations in all drives", f"{ours}.wrong_associations", None,
+               0.0, 0, printed=f"{printed}.wrong_associations"),
     )  # fmt: skip
 
 
@@ -45,6 +47,8 @@ _CLAIMS = (
     *_of_world("normal", "normal run"),
     *_of_world("over_range", "over-range run"),
     _Claim("lines in a scan, normal run: position error, RMS m", "normal.scan.rms_m", None, 0.2, 3),
+    _Claim("lines in a scan, normal run: wrong associations in all drives",
+           "normal.scan.wrong_associations", None, 0.0, 0),
     _Claim("right end of line 3, over-range, m", "over_range_end_m", 53.8, 54.8, 2,
            paper="paper.over_range_end_m", printed="end.over_range.printed_m"),
     _Claim("its largest of all drives, m", f"end.over_range.{CORRECTED}_largest_m", None, 59.0, 2,
@@ -65,6 +69,15 @@ _CLAIMS = (
 )  # fmt: skip
 
 
+_WRONG = (
+    f"normal.{CORRECTED}.wrong_associations",
+    f"over_range.{CORRECTED}.wrong_associations",
+    "normal.scan.wrong_associations",
+    "normal.scan-lidar.wrong_associations",
+)
+"""Of our filter, whatever it sees lines by, in either world."""
+
+
 def summary_figures(figures: Figures) -> Figures:
     """What was asked, and for every row whether it holds: 1 or 0; and the names by which a reader
     of results.json asks first."""
@@ -72,6 +85,7 @@ def summary_figures(figures: Figures) -> Figures:
         "rms_m": figures[f"normal.{CORRECTED}.rms_m"],
         "nees": figures[f"normal.{CORRECTED}.nees"],
         "lines": figures[f"normal.{CORRECTED}.landmarks"],
+        "wrong_associations": sum(figures[name] or 0.0 for name in _WRONG),
     }
     verdicts = []
     for claim in _CLAIMS:
