@@ -28,6 +28,8 @@ class Compare:
 
     grouser compare --driver waypoints --steps 400
 
+    grouser compare --world room --estimators ekf-line-slam --steps 3400 --seeds 5
+
     grouser compare --world orchard --difficulty 0.8 --faults stereo.darkness:20:25:0.95
 
     grouser compare --log path/to/kitti/sequence --camera-z 1.65 --no-plots

@@ -4,6 +4,7 @@ On a tour an operator steers who sees where the robot is. Only the operator does
 the drive is its actions, and all estimators watch those.
 """
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -25,28 +26,33 @@ _ROOM_FOR_SQUARE = float(np.linalg.norm(SQUARE, axis=1).max())
 
 
 def tour(scout: Env, seed: int, steps: int) -> OpenLoop:
-    """The actions of an operator in the world of this seed, for at most so many steps.
+    """The actions of an operator in the world of this seed, for so many steps, or until a plane's
+    course is done: through a world's goals, back through them, and so on.
 
     Args:
         scout: the environment of the comparison, without sensors.
     """
     _, info = scout.reset(seed=seed)
-    driver = _operator(scout, info)
     actions: list[Array] = []
-    while len(actions) < steps:
-        action = driver(_seen(info))
-        if action is None:
+    for driver in _operators(scout, info):
+        while len(actions) < steps and (action := driver(_seen(info))) is not None:
+            actions.append(action)
+            *_, info = scout.step(action.astype(np.float32))
+        if len(actions) == steps:
             break
-        actions.append(action)
-        *_, info = scout.step(action.astype(np.float32))
     return lambda step: actions[step] if step < len(actions) else None
 
 
-def _operator(scout: Env, info: dict[str, Any]) -> ClosedLoop:
-    world = scout.get_wrapper_attr("world")
+def _operators(scout: Env, info: dict[str, Any]) -> Iterator[ClosedLoop]:
+    """One for each way, in turn."""
+    world, rig = scout.get_wrapper_attr("world"), scout.get_wrapper_attr("rig")
     if isinstance(world, PlaneWorld):
-        return SteeringDriver(scout.get_wrapper_attr("rig"), world.course)
-    return _through_the_goals(scout, info)
+        yield SteeringDriver(rig, world.course)
+        return
+    way = _waypoints(scout, info)
+    while True:
+        yield WaypointDriver(rig, way, arrival_radius=_ARRIVAL_RADIUS)
+        way = way[::-1]
 
 
 def waypoint_driver(scout: Env, seed: int) -> WaypointDriver:
@@ -55,12 +61,8 @@ def waypoint_driver(scout: Env, seed: int) -> WaypointDriver:
     _, info = scout.reset(seed=seed)
     if scout.get_wrapper_attr("world").clear_radius > _ROOM_FOR_SQUARE:
         return WaypointDriver(scout.get_wrapper_attr("rig"))
-    return _through_the_goals(scout, info)
-
-
-def _through_the_goals(env: Env, info: dict[str, Any]) -> WaypointDriver:
     return WaypointDriver(
-        env.get_wrapper_attr("rig"), _waypoints(env, info), arrival_radius=_ARRIVAL_RADIUS
+        scout.get_wrapper_attr("rig"), _waypoints(scout, info), arrival_radius=_ARRIVAL_RADIUS
     )
 
 
