@@ -23,14 +23,6 @@ class ErrataExperiment(Experiment):
     """States at which Jacobians are compared; of the rest, a hundred times as many."""
     name: str = NAME
 
-    @property
-    def parts(self) -> int:
-        return 1
-
-    @property
-    def measures_time(self) -> bool:
-        return False
-
     def run(self, on_part: OnPart) -> Outcome:
         """One number a name."""
         rng, points, many = np.random.default_rng(_SEED), self.points, 100 * self.points

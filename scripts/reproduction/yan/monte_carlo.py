@@ -43,10 +43,6 @@ class MonteCarlo(Experiment):
     def parts(self) -> int:
         return len(self.seeds)
 
-    @property
-    def measures_time(self) -> bool:
-        return False
-
     def run(self, on_part: OnPart) -> Outcome:
         """`FORM.FIGURE` (seeds, looks) or (seeds,), as `_over_time`, `_in_all` and
         `_of_map` have them."""

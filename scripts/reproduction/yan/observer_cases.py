@@ -27,14 +27,6 @@ class ObserverCases(Experiment):
     cases: int
     name: str = NAME
 
-    @property
-    def parts(self) -> int:
-        return 1
-
-    @property
-    def measures_time(self) -> bool:
-        return False
-
     def run(self, on_part: OnPart) -> Outcome:
         """One number a name."""
         segments = random_segments(np.random.default_rng(0), self.cases)

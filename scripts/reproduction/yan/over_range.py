@@ -37,10 +37,6 @@ class FarthestVisible(Experiment):
     def parts(self) -> int:
         return len(WORLDS)
 
-    @property
-    def measures_time(self) -> bool:
-        return False
-
     def run(self, on_part: OnPart) -> Outcome:
         """Largest x of the third line by world, m; `every_step` where the sensor always looks."""
         farthest = {"every_step": np.array(_farthest(WORLDS["over_range"], observe_every=1))}

@@ -33,14 +33,6 @@ class Trajectory(Experiment):
     def name(self) -> str:
         return f"trajectory-{self.world}"
 
-    @property
-    def parts(self) -> int:
-        return 1
-
-    @property
-    def measures_time(self) -> bool:
-        return False
-
     def run(self, on_part: OnPart) -> Outcome:
         """`true_pose`, `pose` (N, 3), `sigma` (N, 3) and `stamps` (N,) in the frame of the start;
         `ends` (n, 2, 2) of the map's lines in the world, and whether they are `open`."""

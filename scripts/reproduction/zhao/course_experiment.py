@@ -65,10 +65,6 @@ class CourseExperiment(Experiment):
     def parts(self) -> int:
         return self.course.frames
 
-    @property
-    def measures_time(self) -> bool:
-        return False
-
     def run(self, on_part: OnPart) -> Outcome:
         """Stamps, true poses and twists, and every subject's poses, variances, statuses, times."""
         planned = plan(self.course)

@@ -24,14 +24,6 @@ class ErrataExperiment(Experiment):
     def name(self) -> str:
         return NAME
 
-    @property
-    def parts(self) -> int:
-        return 1
-
-    @property
-    def measures_time(self) -> bool:
-        return False
-
     def run(self, on_part: OnPart) -> Outcome:
         """One number a name."""
         rng, runs = np.random.default_rng(_SEED), self.runs

@@ -62,10 +62,6 @@ class OffsetExperiment(Experiment):
         return self.frames
 
     @property
-    def measures_time(self) -> bool:
-        return False
-
-    @property
     def course(self) -> Course:
         """Once around in an open place."""
         terrain, effects = _GROUNDS[self.ground]

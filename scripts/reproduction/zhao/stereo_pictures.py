@@ -39,10 +39,6 @@ class PicturesExperiment(Experiment):
     def parts(self) -> int:
         return _STEPS
 
-    @property
-    def measures_time(self) -> bool:
-        return False
-
     def run(self, on_part: OnPart) -> Outcome:
         """`left`, `right` (H, W, 3) and `depth` (H, W) of the later pair, and one point of both
         pairs: `point`, `point_now` (3,) u, v, d [px], with the camera's way between them."""
