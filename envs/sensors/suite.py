@@ -11,13 +11,12 @@ from grouser.envs.sensors.base import Sensor
 from grouser.envs.sensors.delivery import LONGEST_STAMP, Delivered, Timing, timing_of
 from grouser.envs.sensors.effects import NOISES
 from grouser.envs.sensors.gps import SatelliteReceiver
+from grouser.envs.sensors.ideal_eye import IdealEye
 from grouser.envs.sensors.imu import InertialUnit
 from grouser.envs.sensors.lidar import PlanarLidar
-from grouser.envs.sensors.stereo import EYES, Stereo, pinhole
+from grouser.envs.sensors.stereo import EYES, Stereo
 from grouser.envs.sensors.tracks import TrackEncoders
 from grouser.envs.simulation.motion import Motion
-from grouser.envs.simulation.renderers.base import Renderer
-from grouser.envs.simulation.renderers.registry import make_renderer
 from grouser.envs.simulation.world import World
 from grouser.rig import Rig
 
@@ -76,9 +75,7 @@ class SensorSuite:
         self._world: World | None = None
         self._noise = _NoiseScale(1.0)
         assert rig.stereo is not None
-        self._camera, self._renderer_name = rig.stereo, renderer
-        self._ideal: Renderer | None = None
-        self._seen: World | None = None
+        self._ideal_eye = IdealEye(rig.stereo, renderer)
 
     @property
     def space(self) -> spaces.Dict:
@@ -134,32 +131,18 @@ class SensorSuite:
 
     def depth(self, world: World, motion: Motion) -> NDArray[np.float32]:
         """(H, W) along the optical axis of what the left eye ideally sees, m; inf for the sky."""
-        return self._ideal_eye(world).depth(motion.T_world_base @ self._camera.T_base_camera)
+        return self._ideal_eye.depth(world, motion)
 
     def segmentation(self, world: World, motion: Motion) -> NDArray[np.int32]:
         """(H, W) what it ideally sees, as `Renderer.segmentation` numbers it."""
-        return self._ideal_eye(world).segmentation(motion.T_world_base @ self._camera.T_base_camera)
+        return self._ideal_eye.segmentation(world, motion)
 
     def close(self) -> None:
         """Free what the sensors hold; a second call does nothing."""
         self._world = None
-        self._forget_ideal_eye()
+        self._ideal_eye.close()
         for sensor in self._sensors:
             sensor.close()
-
-    def _ideal_eye(self, world: World) -> Renderer:
-        """A renderer of the world, which is made when it is first asked for."""
-        if self._seen is not world or self._ideal is None:
-            self._forget_ideal_eye()
-            self._seen = world
-            camera = pinhole(self._camera)
-            self._ideal = make_renderer(self._renderer_name, world, camera, color=False)
-        return self._ideal
-
-    def _forget_ideal_eye(self) -> None:
-        if self._ideal is not None:
-            self._ideal.close()
-        self._ideal, self._seen = None, None
 
 
 class _NoiseScale:
