@@ -5,6 +5,8 @@ wrapped to (-pi, pi]. `T_a_b` maps coordinates in b to a, and so do poses: `pose
 compose(pose_a_b, pose_b_c)`. Every function is vectorised over leading axes.
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -17,7 +19,8 @@ _SMALL = 1e-4
 def wrap(angle: ArrayLike) -> Array:
     """Angle [rad] of any shape, wrapped to (-pi, pi]."""
     angle = np.asarray(angle, dtype=np.float64)
-    if (np.abs(angle) < np.pi).all():  # most are, and the rest of this costs ten times as much
+    in_range = abs(float(angle)) < np.pi if angle.ndim == 0 else (np.abs(angle) < np.pi).all()
+    if in_range:  # most are, and the rest of this costs ten times as much
         return angle.copy()
     wrapped = np.pi - np.mod(np.pi - angle, 2 * np.pi)
     # A remainder just short of a full turn rounds up to it; an angle in range keeps its bits.
@@ -38,42 +41,37 @@ def _cosc(x: Array) -> Array:
 
 def rotate(heading: ArrayLike, vector: ArrayLike) -> Array:
     """Planar vectors (..., 2), turned by heading (...) [rad]."""
-    c, s = np.cos(heading), np.sin(heading)
-    v = np.asarray(vector, dtype=np.float64)
-    x = c * v[..., 0] - s * v[..., 1]
-    turned = np.empty((*np.shape(x), 2))
-    turned[..., 0], turned[..., 1] = x, s * v[..., 0] + c * v[..., 1]
-    return turned
+    return _joined(*_turned(heading, *_parts(vector)))
 
 
 def compose(a: ArrayLike, b: ArrayLike) -> Array:
     """Pose b (..., 3), given in the frame of pose a, expressed in a's parent: a (+) b."""
-    a, b = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
-    position = a[..., :2] + rotate(a[..., 2], b[..., :2])
-    return np.concatenate([position, wrap(a[..., 2] + b[..., 2])[..., None]], axis=-1)
+    (x, y, heading), (ahead, aside, turn) = _parts(a), _parts(b)
+    dx, dy = _turned(heading, ahead, aside)
+    return _joined(x + dx, y + dy, wrap(heading + turn))
 
 
 def inverse(a: ArrayLike) -> Array:
     """The pose that undoes a: compose(a, inverse(a)) is zero."""
-    a = np.asarray(a, dtype=np.float64)
-    position = -rotate(-a[..., 2], a[..., :2])
-    return np.concatenate([position, wrap(-a[..., 2])[..., None]], axis=-1)
+    x, y, heading = _parts(a)
+    ahead, aside = _turned(-heading, x, y)
+    return _joined(-ahead, -aside, wrap(-heading))
 
 
 def between(a: ArrayLike, b: ArrayLike) -> Array:
     """Pose b (..., 3) seen from pose a: compose(a, between(a, b)) is b."""
-    a, b = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
-    position = rotate(-a[..., 2], b[..., :2] - a[..., :2])
-    return np.concatenate([position, wrap(b[..., 2] - a[..., 2])[..., None]], axis=-1)
+    (x, y, heading), (to_x, to_y, to_heading) = _parts(a), _parts(b)
+    ahead, aside = _turned(-heading, to_x - x, to_y - y)
+    return _joined(ahead, aside, wrap(to_heading - heading))
 
 
 def compose_jacobians(a: ArrayLike, b: ArrayLike) -> tuple[Array, Array]:
     """Derivatives (..., 3, 3) of compose(a, b) with respect to a and to b."""
-    a, b = np.broadcast_arrays(np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64))
-    c, s = np.cos(a[..., 2]), np.sin(a[..., 2])
-    wrt_a = np.zeros((*a.shape, 3)) + np.eye(3)
-    wrt_a[..., :2, 2] = rotate(a[..., 2] + np.pi / 2, b[..., :2])
-    wrt_b = np.zeros((*a.shape, 3)) + np.eye(3)
+    (_, _, heading), (ahead, aside, _) = _parts(a), _parts(b)
+    dx, dy = _turned(heading + np.pi / 2, ahead, aside)
+    wrt_a, wrt_b = _identities(np.shape(dx)), _identities(np.shape(dx))
+    wrt_a[..., 0, 2], wrt_a[..., 1, 2] = dx, dy
+    c, s = np.cos(heading), np.sin(heading)
     wrt_b[..., 0, 0], wrt_b[..., 0, 1] = c, -s
     wrt_b[..., 1, 0], wrt_b[..., 1, 1] = s, c
     return wrt_a, wrt_b
@@ -81,15 +79,42 @@ def compose_jacobians(a: ArrayLike, b: ArrayLike) -> tuple[Array, Array]:
 
 def between_jacobians(a: ArrayLike, b: ArrayLike) -> tuple[Array, Array]:
     """Derivatives (..., 3, 3) of between(a, b) with respect to a and to b."""
-    a, b = np.broadcast_arrays(np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64))
-    c, s = np.cos(a[..., 2]), np.sin(a[..., 2])
-    wrt_b = np.zeros((*a.shape, 3)) + np.eye(3)
+    (x, y, heading), (to_x, to_y, _) = _parts(a), _parts(b)
+    ahead, aside = _turned(-heading, to_x - x, to_y - y)
+    c, s = np.cos(heading), np.sin(heading)
+    wrt_b = _identities(np.shape(ahead))
     wrt_b[..., 0, 0], wrt_b[..., 0, 1] = c, s
     wrt_b[..., 1, 0], wrt_b[..., 1, 1] = -s, c
     wrt_a = -wrt_b
-    seen = rotate(-a[..., 2], b[..., :2] - a[..., :2])
-    wrt_a[..., 0, 2], wrt_a[..., 1, 2] = seen[..., 1], -seen[..., 0]
+    wrt_a[..., 0, 2], wrt_a[..., 1, 2] = aside, -ahead
     return wrt_a, wrt_b
+
+
+def _parts(vectors: ArrayLike) -> Any:
+    """Of vectors (..., n) their n coordinates (...): of a single one plain numbers, with which
+    NumPy computes the same several times as fast."""
+    vectors = np.asarray(vectors, dtype=np.float64)
+    return vectors.tolist() if vectors.ndim == 1 else np.moveaxis(vectors, -1, 0)
+
+
+def _joined(*parts: Any) -> Array:
+    """(..., n) of n coordinates (...), all of one shape."""
+    if np.ndim(parts[0]) == 0:
+        return np.array(parts)
+    joined = np.empty((*np.shape(parts[0]), len(parts)))
+    for k, part in enumerate(parts):
+        joined[..., k] = part
+    return joined
+
+
+def _turned(heading: ArrayLike, x: Any, y: Any) -> tuple[Any, Any]:
+    c, s = np.cos(heading), np.sin(heading)
+    return c * x - s * y, s * x + c * y
+
+
+def _identities(shape: tuple[int, ...]) -> Array:
+    """(..., 3, 3)"""
+    return np.zeros((*shape, 3, 3)) + np.eye(3)
 
 
 def exp(twist: ArrayLike) -> Array:
