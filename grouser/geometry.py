@@ -94,7 +94,9 @@ def _parts(vectors: ArrayLike) -> Any:
     """Of vectors (..., n) their n coordinates (...): of a single one plain numbers, with which
     NumPy computes the same several times as fast."""
     vectors = np.asarray(vectors, dtype=np.float64)
-    return vectors.tolist() if vectors.ndim == 1 else np.moveaxis(vectors, -1, 0)
+    if vectors.ndim == 1:
+        return vectors.tolist()
+    return [vectors[..., k] for k in range(vectors.shape[-1])]
 
 
 def _joined(*parts: Any) -> Array:

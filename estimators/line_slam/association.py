@@ -9,12 +9,11 @@ from scipy.stats import chi2
 
 from grouser.checks import require_positive
 from grouser.estimators.line_slam.end_points import EndPoints
-from grouser.estimators.line_slam.gating import cross_covariances, fit
+from grouser.estimators.line_slam.gating import candidates, cross_covariances
 from grouser.estimators.line_slam.joint_compatibility import largest_joint_set
-from grouser.estimators.line_slam.lines import normals, tangents
 from grouser.estimators.line_slam.measurements import LineMeasurements
 from grouser.estimators.line_slam.state import LineState
-from grouser.geometry import Array, compose, rotate
+from grouser.geometry import Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,52 +77,47 @@ def associate(
     """
     if len(state) == 0 or len(seen) == 0:
         return _no_pairs(np.arange(len(seen)))
-    fitted = fit(state, rows, seen, two_sided=options.two_sided)
-    beside = end_points.overlaps(
+    beside = end_points.beside(
         state.lines,
-        ends_in_world(seen.ends, state.pose),
+        state.pose,
+        state.pose_covariance,
+        seen.ends,
         slack=options.slack,
         open_slack=options.open_slack,
-        unsure=options.slack_sigmas * _sigmas_along(state, seen),
+        sigmas=options.slack_sigmas,
     )
-    i, j = np.nonzero(beside & (fitted.d2 < options.gate))
-    residuals, turned = fitted.residuals[i, j], fitted.turned[i, j]
-    spread = cross_covariances(state.buffer, state.head, rows, j)
+    found = candidates(
+        state.buffer,
+        state.mean,
+        state.head,
+        rows,
+        beside,
+        seen.lines,
+        seen.covariances,
+        options.gate,
+        options.two_sided,
+    )
+    spread = cross_covariances(state.buffer, state.head, rows, found.lines)
     believed = largest_joint_set(
-        i,
-        residuals,
+        found.seen,
+        found.residuals,
         spread,
-        turned_about(seen.covariances[i], turned),
-        (fitted.d2 + fitted.log_det)[i, j],
+        found.noises,
+        found.scores,
         options.joint_gate,
         options.margin,
     )
-    nearest = np.where(beside, fitted.d2, np.inf).min(axis=1)
+    seen_again = found.seen[believed]
+    new = found.nearest > options.new_above
+    new[seen_again] = False
     return Pairs(
-        i[believed],
-        j[believed],
-        np.nonzero(nearest > options.new_above)[0],
-        residuals[believed],
-        spread[np.ix_(believed, believed)],
-        turned[believed],
+        seen_again,
+        found.lines[believed],
+        np.nonzero(new)[0],
+        found.residuals[believed],
+        spread[believed][:, believed],
+        found.turned[believed],
     )
-
-
-def ends_in_world(ends: Array, pose: Array) -> Array:
-    """(..., 2) points in the frame of a pose (3,), in its parent."""
-    there = np.concatenate([ends, np.zeros((*ends.shape[:-1], 1))], axis=-1)
-    return compose(pose, there)[..., :2]
-
-
-def _sigmas_along(state: LineState, seen: LineMeasurements) -> Array:
-    """(m, n) how well it is known where along each line of the map what was seen lies, one sigma,
-    m: by the position, and by the heading at its distance."""
-    u = tangents(state.lines[:, 1])
-    C = state.pose_covariance
-    by_position = np.einsum("ni,ij,nj->n", u, C[:2, :2], u)
-    middles = rotate(state.pose[2], seen.ends.mean(axis=1))
-    by_heading = C[2, 2] * (middles @ normals(state.lines[:, 1]).T) ** 2
-    return np.asarray(np.sqrt(by_position + by_heading))
 
 
 @cache

@@ -1,10 +1,11 @@
 """The filter of paper 2: a pose and the lines around it, by (r, alpha) (SPEC 2.2)."""
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grouser.checks import require_positive
 from grouser.estimators.base import Observation
@@ -12,19 +13,16 @@ from grouser.estimators.line_slam.association import (
     AssociationOptions,
     Pairs,
     associate,
-    ends_in_world,
     turned_about,
 )
-from grouser.estimators.line_slam.end_points import EndPoints
-from grouser.estimators.line_slam.linearization import Linearization, jacobian
-from grouser.estimators.line_slam.lines import lines_to_world, points_on
+from grouser.estimators.line_slam.correction import Corrector
+from grouser.estimators.line_slam.landmarks import Landmarks
+from grouser.estimators.line_slam.linearization import Linearization
 from grouser.estimators.line_slam.map import LineMap
 from grouser.estimators.line_slam.measurements import LineMeasurements
-from grouser.estimators.line_slam.merging import EXACT, MergingOptions, Twins, find_twins
+from grouser.estimators.line_slam.merging import MergingOptions, find_twins
 from grouser.estimators.line_slam.motion import MotionModel
 from grouser.estimators.line_slam.predict import predict
-from grouser.estimators.line_slam.sightings import Sightings
-from grouser.estimators.line_slam.sparse_update import absorb, correct
 from grouser.estimators.line_slam.state import POSE, LineState
 from grouser.estimators.line_slam.unevenness import Unevenness, of_uneven
 from grouser.geometry import Array, between
@@ -67,6 +65,19 @@ class Told:
     seen of it (k, 2) from the robot; one correction after another."""
 
 
+class _Corrected(NamedTuple):
+    """What pose and map were corrected by."""
+
+    lines: NDArray[np.intp]
+    """(k,) of the map"""
+    as_corrected: Array
+    """(k, 2) these"""
+    seen: Array
+    """(k, 2) from the robot"""
+    d2: list[float]
+    """k"""
+
+
 class LineEkf:
     """Predict, associate, correct; then the map: its ends, new lines, twins, doubtful lines."""
 
@@ -83,12 +94,18 @@ class LineEkf:
             state: no line yet, or those of a map, which `know` tells of.
             unevenness: of what the lines are seen on.
         """
-        self.state, self.end_points = state, EndPoints()
-        self.sightings = Sightings(options.patience)
+        self._landmarks = Landmarks(state, linearization, options.patience)
         self._motion, self._linearization, self._options = motion, linearization, options
+        self._corrector = Corrector(
+            linearization, gate=options.association.gate, two_sided=options.association.two_sided
+        )
         self.unevenness = unevenness
         self._slipped = np.zeros(POSE)
-        self._W = np.zeros((2 * _LINES_IN_A_SCAN, len(state.mean)))
+
+    @property
+    def state(self) -> LineState:
+        """Pose, constant errors and lines."""
+        return self._landmarks.state
 
     def start(self, seen: LineMeasurements | None) -> Told:
         """What the first observation shows comes to the map; the pose is zero by definition."""
@@ -122,64 +139,67 @@ class LineEkf:
 
     def look(self, seen: LineMeasurements, *, measured: bool = True) -> Told:
         """Correct pose and map by the lines of one scan, and let the map grow."""
-        self.sightings.next_scan()
+        self._landmarks.sightings.next_scan()
         by_noise, seen = seen, self.unevenness.widened(seen)
         good = np.sqrt(seen.covariances[:, 1, 1]) < self._options.alpha_sigma_most
-        by_noise, seen = by_noise[good], seen[good]
-        d2: list[float] = []
-        matched: list[int] = []
-        together: list[tuple[Array, Array]] = []
-        left = np.arange(len(seen))
-        for again in range(2):  # what the first corrections leave open, the map may tell then
-            pairs = self._associate(seen[left]) if again else self._associate_or_doubt(seen)
-            if not again:
-                self._learn_unevenness(by_noise, pairs)
-            which, believed, fits = self._correct(seen[left], pairs)
-            d2 += fits
-            matched += believed
-            together.append((self.state.lines[believed], seen.lines[left[which]]))
-            new = left[pairs.new]
-            left = np.setdiff1d(left, left[pairs.seen])
-            if not len(left):
-                break
-        self.sightings.again(np.array(matched, dtype=np.intp))
+        if not good.all():
+            by_noise, seen = by_noise[good], seen[good]
+        corrected, new = self._correct_by(seen, by_noise)
+        matched = [line for one in corrected for line in one.lines.tolist()]
+        d2 = [fit for one in corrected for fit in one.d2]
+        self._landmarks.sightings.again(np.array(matched, dtype=np.intp))
         if self._options.learns:
-            new = np.intersect1d(new, left)
-            new = new[np.sqrt(seen.covariances[new, 1, 1]) < self._options.alpha_sigma_new]
-            self._insert(seen[new])
+            if len(new):
+                known = np.sqrt(seen.covariances[new, 1, 1]) < self._options.alpha_sigma_new
+                new = new[known]
+                self._landmarks.insert(seen[new])
             self._merge(matched)
-            self._forget_doubtful()
-        nis = float(np.mean(d2)) if d2 else float("nan")
-        return Told(measured, len(seen), len(d2), len(new), nis, tuple(together))
+            self._landmarks.forget_doubtful()
+        nis = sum(d2) / len(d2) if d2 else float("nan")
+        pairs = tuple((one.as_corrected, one.seen) for one in corrected)
+        return Told(measured, len(seen), len(d2), len(new), nis, pairs)
 
     def know(self, line_map: LineMap) -> None:
         """Take the lines of a map with their joint covariance, before anything is seen."""
-        state = self.state
-        at = state.size
-        for line, extent, open_ends, count in zip(
-            line_map.lines, line_map.extents, line_map.open_ends, line_map.counts, strict=True
-        ):
-            state.add(line, (), np.zeros((2, 0)), np.zeros((2, 2)))
-            self._linearization.added(state)
-            self.end_points.add(line, points_on(line, extent), np.zeros(2), open_ends)
-            self.sightings.add(int(count))
-        state.buffer[at : state.size, at : state.size] = line_map.covariance
-        self._fit_buffer()
+        self._landmarks.know(line_map)
 
     def known(self) -> LineMap:
         """The lines as they are known now."""
-        return LineMap(
-            lines=self.state.lines,
-            covariance=self.state.covariance(range(self.state.head, self.state.size)),
-            extents=self.end_points.extents,
-            open_ends=self.end_points.open_ends,
-            counts=self.sightings.counts,
-        )
+        return self._landmarks.known()
+
+    def _correct_by(
+        self, seen: LineMeasurements, by_noise: LineMeasurements
+    ) -> tuple[list[_Corrected], NDArray[np.intp]]:
+        """Correct pose and map; and which of the lines seen are new, (k,).
+
+        Args:
+            by_noise: what was seen, as sure as it is of even walls.
+        """
+        pairs = self._associate_or_doubt(seen)
+        self._learn_unevenness(by_noise, pairs)
+        corrected = [self._correct(seen, pairs)]
+        open = np.ones(len(seen), dtype=np.bool_)
+        open[pairs.seen] = False
+        if not open.any():
+            return corrected, pairs.new
+        # What the first corrections leave open, the map may tell then.
+        left = np.nonzero(open)[0]
+        pairs = self._associate(seen[left])
+        return [*corrected, self._correct(seen[left], pairs)], left[pairs.new]
+
+    def _correct(self, seen: LineMeasurements, pairs: Pairs) -> _Corrected:
+        """By the lines of the map that still fit after the ones before them."""
+        believed, d2 = self._corrector.by_lines(self.state, seen, pairs)
+        lines, seen = pairs.lines[believed], seen[pairs.seen[believed]]
+        self._landmarks.extend(lines, seen)
+        return _Corrected(lines, self.state.lines[lines], seen.lines, d2)
 
     def _associate(self, seen: LineMeasurements) -> Pairs:
         self._linearization.begin(self.state)
         rows = self._linearization.jacobians(self.state)
-        return associate(self.state, rows, self.end_points, seen, self._options.association)
+        return associate(
+            self.state, rows, self._landmarks.end_points, seen, self._options.association
+        )
 
     def _associate_or_doubt(self, seen: LineMeasurements) -> Pairs:
         """Where most lines do not fit, the motion may not have been what was reported: if more of
@@ -209,111 +229,18 @@ class LineEkf:
             turned_about(of_uneven(paired), pairs.turned),
         )
 
-    def _correct(
-        self, seen: LineMeasurements, pairs: Pairs
-    ) -> tuple[list[int], list[int], list[float]]:
-        """By one line after another: those seen that still fit after the ones before them, the
-        lines of the map that they are, and their d2."""
-        state, used = self.state, 0
-        d2: list[float] = []
-        self._linearization.begin(state)
-        believed: list[tuple[int, int]] = []
-        for i, line in zip(pairs.seen.tolist(), pairs.lines.tolist(), strict=True):
-            row = self._linearization.jacobians(state, slice(line, line + 1))[0]
-            residual, R = self._innovation(seen.lines[i], seen.covariances[i], line)
-            indices = np.array([0, 1, 2, *state.states_of(line)], dtype=np.intp)
-            gate = self._options.association.gate
-            change, fit = correct(
-                state.buffer, state.size, self._W, used, indices, jacobian(row), R, residual, gate
-            )
-            if fit <= gate:
-                self._linearization.correct(state, change)
-                used += 2
-                d2.append(fit)
-                believed.append((i, line))
-            if used == len(self._W):
-                absorb(state.buffer, state.size, self._W, used)
-                used = 0
-        absorb(state.buffer, state.size, self._W, used)
-        self._linearization.end(state)
-        ends = ends_in_world(seen.ends, state.pose)
-        for i, line in believed:
-            self.end_points.extend(
-                line, state.lines[line], ends[i], seen.end_sigmas[i], seen.open_ends[i]
-            )
-        return [i for i, _ in believed], [line for _, line in believed], d2
-
-    def _innovation(self, z: Array, R: Array, line: int) -> tuple[Array, Array]:
-        """nu and its R; turned over where the map has the line written the other way about."""
-        r, alpha = self.state.lines[line].tolist()
-        x, y, heading = self.state.pose.tolist()
-        h = r - x * math.cos(alpha) - y * math.sin(alpha)
-        turn = math.remainder(float(z[1]) - alpha + heading, math.tau)
-        if abs(turn) <= math.pi / 2 or self._options.association.two_sided:
-            return np.array([z[0] - h, turn]), R
-        return np.array([-z[0] - h, math.remainder(turn + math.pi, math.tau)]), R * _TURNED_OVER
-
-    def _insert(self, seen: LineMeasurements) -> None:
-        """New lines: a = a_l + heading, r = r_l + x cos a + y sin a."""
-        state = self.state
-        for i, line in enumerate(lines_to_world(seen.lines, state.pose)):
-            n, lever = np.array([np.cos(line[1]), np.sin(line[1])]), _lever(line, state.pose)
-            Gv = np.array([[n[0], n[1], lever], [0.0, 0.0, 1.0]])
-            Gz = np.array([[1.0, lever], [0.0, 1.0]])
-            state.add(line, range(POSE), Gv, Gz @ seen.covariances[i] @ Gz.T)
-            self._linearization.added(state)
-            ends = ends_in_world(seen.ends[i], state.pose)
-            self.end_points.add(line, ends, seen.end_sigmas[i], seen.open_ends[i])
-            self.sightings.add()
-        self._fit_buffer()
-
-    def _fit_buffer(self) -> None:
-        if self._W.shape[1] < len(self.state.mean):
-            self._W = np.zeros((len(self._W), len(self.state.mean)))
-
     def _merge(self, moved: list[int]) -> None:
         """Look for twins of the lines that this scan moved, and make one line of two."""
         options, two_sided = self._options.merging, self._options.association.two_sided
+        ends = self._landmarks.end_points
         while moved:
             line = moved.pop()
-            twins = find_twins(self.state, self.end_points, line, options, two_sided=two_sided)
+            twins = find_twins(self.state, ends, line, options, two_sided=two_sided)
             if twins is None:
                 continue
-            self._unite(twins)
+            self._corrector.by_twins(self.state, twins)
+            self._landmarks.join(twins.kept, twins.gone)  # the younger one is forgotten
             moved = [twins.kept] + [at - (at > twins.gone) for at in moved if at != twins.gone]
 
-    def _unite(self, twins: Twins) -> None:
-        """Correct by a difference that is known to be zero, then forget the younger line."""
-        state = self.state
-        self._linearization.begin(state)
-        indices = np.array(twins.indices, dtype=np.intp)
-        change, _ = correct(
-            state.buffer, state.size, self._W, 0, indices, twins.H, EXACT, -twins.difference, np.inf
-        )
-        self._linearization.correct(state, change)
-        absorb(state.buffer, state.size, self._W, 2)
-        self._linearization.end(state)
-        self.end_points.join(twins.kept, twins.gone, state.lines)
-        self.sightings.join(twins.kept, twins.gone)
-        state.forget(twins.gone)
-        self._linearization.forgot(twins.gone)
 
-    def _forget_doubtful(self) -> None:
-        for line in self.sightings.doubtful():
-            self._forget(int(line))
-
-    def _forget(self, line: int) -> None:
-        self.state.forget(line)
-        self._linearization.forgot(line)
-        self.end_points.forget(line)
-        self.sightings.forget(line)
-
-
-def _lever(line: Array, pose: Array) -> float:
-    """Derivative of r by the heading, and by alpha as it was seen: -x sin a + y cos a."""
-    return float(-pose[0] * np.sin(line[1]) + pose[1] * np.cos(line[1]))
-
-
-_TURNED_OVER = np.array([[1.0, -1.0], [-1.0, 1.0]])
-_LINES_IN_A_SCAN = 64
 _SLIP_FLOOR = np.array([0.005, 0.005, 0.005])  # m, m, rad: one sigma, beside the motion itself

@@ -1,10 +1,12 @@
 """How far each line of the map reaches: bookkeeping beside the filter, no states (SPEC 2.2)."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
-from grouser.estimators.line_slam.lines import places_along
 from grouser.geometry import Array
+from grouser.kernels import kernel
 
 _BIAS = 1.0
 """An end counts as so many of its sigmas inside: the farthest of many noisy ends is too far."""
@@ -28,22 +30,21 @@ class EndPoints:
     def add(self, line: Array, ends: Array, sigmas: Array, open_ends: NDArray[np.bool_]) -> None:
         """A new last line (2,), seen between `ends` (2, 2) in the world, which are known along it
         to `sigmas` (2,)."""
-        places, sigmas, open_ends = _in_order(line, ends, sigmas, open_ends)
-        self.extents = np.vstack([self.extents, _inside(places, sigmas)])
-        self.open_ends = np.vstack([self.open_ends, open_ends])
+        places, order = _in_order(line, ends)
+        self.extents = np.vstack([self.extents, _inside(places, sigmas, order)])
+        self.open_ends = np.vstack([self.open_ends, open_ends[list(order)]])
 
     def extend(
-        self, index: int, line: Array, ends: Array, sigmas: Array, open_ends: NDArray[np.bool_]
+        self,
+        which: NDArray[np.intp],
+        lines: Array,
+        ends: Array,
+        sigmas: Array,
+        open_ends: NDArray[np.bool_],
     ) -> None:
-        """The line at `index`, now at (r, alpha) `line`, was seen again."""
-        places, sigmas, open_ends = _in_order(line, ends, sigmas, open_ends)
-        inside, known, opened = _inside(places, sigmas), self.extents[index], self.open_ends[index]
-        for side, outward in ((0, -1.0), (1, 1.0)):
-            ahead = outward * (inside[side] - known[side])
-            if ahead > 0:
-                known[side], opened[side] = inside[side], open_ends[side]
-            elif abs(places[side] - known[side]) < _SAME_END * sigmas[side]:
-                opened[side] &= open_ends[side]
+        """Lines were seen again: the k at `which`, of all (n, 2) as they are now, between `ends`
+        (k, 2, 2) in the world, `sigmas` and `open_ends` (k, 2)."""
+        _extend(self.extents, self.open_ends, which, lines, ends, sigmas, open_ends)
 
     def join(self, kept: int, gone: int, lines: Array) -> None:
         """Two lines of (n, 2) are one: `gone` is forgotten, `kept` reaches as far as both."""
@@ -62,29 +63,105 @@ class EndPoints:
         self.extents = np.delete(self.extents, index, axis=0)
         self.open_ends = np.delete(self.open_ends, index, axis=0)
 
-    def overlaps(
-        self, lines: Array, ends: Array, *, slack: float, open_slack: float, unsure: Array
+    def beside(
+        self,
+        lines: Array,
+        pose: Array,
+        pose_covariance: Array,
+        ends: Array,
+        *,
+        slack: float,
+        open_slack: float,
+        sigmas: float,
     ) -> NDArray[np.bool_]:
-        """(m, n) whether what was seen between `ends` (m, 2, 2) in the world lies beside a line's
-        known part, stretched by `slack` [m], or by `open_slack` where it may go on, and by how
-        `unsure` (m, n) it is where along the line that was, m."""
-        places = np.sort(places_along(lines[None], ends[:, :, None]), axis=1)  # (m, 2, n)
-        stretch = np.where(self.open_ends, open_slack, slack)
-        low = self.extents[:, 0] - stretch[:, 0] - unsure
-        high = self.extents[:, 1] + stretch[:, 1] + unsure
-        return np.asarray((places[:, 0] <= high) & (places[:, 1] >= low))
+        """(m, n) whether what was seen between `ends` (m, 2, 2), from a pose (3,) with its
+        covariance (3, 3), lies beside the known part of each of the lines (n, 2), stretched by
+        `slack` [m], or by `open_slack` where it may go on, and by so many sigmas of where along
+        the line it is: by the position, and by the heading at its distance."""
+        return np.asarray(
+            _beside(
+                lines,
+                pose,
+                pose_covariance,
+                ends,
+                self.extents,
+                self.open_ends,
+                slack,
+                open_slack,
+                sigmas,
+            )
+        )
 
 
-def _in_order(
-    line: Array, ends: Array, sigmas: Array, open_ends: NDArray[np.bool_]
-) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Places along the line, ascending, and what belongs to each."""
-    places = places_along(line, ends)
-    if places[0] > places[1]:
-        return places[::-1], sigmas[::-1], open_ends[::-1]
-    return places, sigmas, open_ends
+@kernel
+def _beside(
+    lines: Array,
+    pose: Array,
+    C: Array,
+    ends: Array,
+    extents: Array,
+    open_ends: NDArray[np.bool_],
+    slack: float,
+    open_slack: float,
+    sigmas: float,
+) -> NDArray[np.bool_]:
+    m, n = len(ends), len(lines)
+    cosine, sine = math.cos(pose[2]), math.sin(pose[2])
+    turned = np.empty((m, 2, 2))
+    for i in range(m):
+        for side in range(2):
+            x, y = ends[i, side]
+            turned[i, side] = cosine * x - sine * y, sine * x + cosine * y
+    out = np.empty((m, n), dtype=np.bool_)
+    for j in range(n):
+        c, s = math.cos(lines[j, 1]), math.sin(lines[j, 1])
+        along = -s * pose[0] + c * pose[1]
+        by_position = s * s * C[0, 0] - 2 * s * c * C[0, 1] + c * c * C[1, 1]
+        low = extents[j, 0] - (open_slack if open_ends[j, 0] else slack)
+        high = extents[j, 1] + (open_slack if open_ends[j, 1] else slack)
+        for i in range(m):
+            p, q = turned[i]
+            first, last = along - s * p[0] + c * p[1], along - s * q[0] + c * q[1]
+            across = 0.5 * (c * (p[0] + q[0]) + s * (p[1] + q[1]))
+            unsure = sigmas * math.sqrt(by_position + C[2, 2] * across * across)
+            out[i, j] = min(first, last) <= high + unsure and max(first, last) >= low - unsure
+    return out
 
 
-def _inside(places: Array, sigmas: Array) -> Array:
-    low, high = places[0] + _BIAS * sigmas[0], places[1] - _BIAS * sigmas[1]
-    return np.array([low, high]) if low < high else np.full(2, (low + high) / 2)
+@kernel
+def _extend(
+    extents: Array,
+    known_open: NDArray[np.bool_],
+    which: NDArray[np.intp],
+    lines: Array,
+    ends: Array,
+    sigmas: Array,
+    open_ends: NDArray[np.bool_],
+) -> None:
+    for k in range(len(which)):
+        line = which[k]
+        places, order = _in_order(lines[line], ends[k])
+        inside = _inside(places, sigmas[k], order)
+        for side in range(2):
+            outward = 1.0 if side == 1 else -1.0
+            opened, sigma = open_ends[k, order[side]], sigmas[k, order[side]]
+            if outward * (inside[side] - extents[line, side]) > 0:
+                extents[line, side], known_open[line, side] = inside[side], opened
+            elif abs(places[side] - extents[line, side]) < _SAME_END * sigma and not opened:
+                known_open[line, side] = False
+
+
+@kernel
+def _in_order(line: Array, ends: Array) -> tuple[tuple[float, float], tuple[int, int]]:
+    """Places along the line of two ends (2, 2), ascending, and which end each is."""
+    c, s = math.cos(line[1]), math.sin(line[1])
+    first, last = -s * ends[0, 0] + c * ends[0, 1], -s * ends[1, 0] + c * ends[1, 1]
+    return ((last, first), (1, 0)) if first > last else ((first, last), (0, 1))
+
+
+@kernel
+def _inside(
+    places: tuple[float, float], sigmas: Array, order: tuple[int, int]
+) -> tuple[float, float]:
+    low, high = places[0] + _BIAS * sigmas[order[0]], places[1] - _BIAS * sigmas[order[1]]
+    return (low, high) if low < high else ((low + high) / 2, (low + high) / 2)

@@ -1,85 +1,137 @@
 """How well each line that was seen fits each line of the map: eq. (13), on (r, alpha)."""
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grouser.estimators.line_slam.lines import lines_in_frame
-from grouser.estimators.line_slam.measurements import LineMeasurements
-from grouser.estimators.line_slam.state import LineState
+from grouser.estimators.visual.single_pose import wrapped
 from grouser.geometry import Array
-from grouser.kernels import kernel
+from grouser.kernels import kernel, kernel_using
 
 
-@dataclass(frozen=True, slots=True)
-class Fit:
-    """m lines seen beside n lines of the map, each taken by itself."""
+class Candidates(NamedTuple):
+    """k pairs of a line seen and a line of the map that fit, each taken by itself, and how near
+    the m lines seen come to the map. Pairs ascend by what was seen, then by the map."""
 
-    d2: Array
-    """(m, n) nu^T S^-1 nu"""
-    log_det: Array
-    """(m, n) ln |S|"""
+    seen: NDArray[np.intp]
+    """(k,)"""
+    lines: NDArray[np.intp]
+    """(k,) of the map"""
     residuals: Array
-    """(m, n, 2) nu, with what was seen turned over where that is nearer"""
+    """(k, 2) nu, with what was seen turned over where that is nearer"""
     turned: NDArray[np.bool_]
-    """(m, n) whether it was"""
+    """(k,) whether it was"""
+    noises: Array
+    """(k, 2, 2) R, of what was turned over F R F"""
+    scores: Array
+    """(k,) d2 + ln |S|"""
+    nearest: Array
+    """(m,) least d2 of all pairs of a line seen; inf where it lies beside none"""
 
 
-def fit(state: LineState, rows: Array, seen: LineMeasurements, *, two_sided: bool) -> Fit:
-    """Compare them all.
+@kernel_using(wrapped)
+def candidates(
+    P: Array,
+    mean: Array,
+    head: int,
+    rows: Array,
+    beside: NDArray[np.bool_],
+    z: Array,
+    R: Array,
+    gate: float,
+    two_sided: bool,
+) -> Candidates:
+    """Compare m lines seen with n lines of the map.
 
     Args:
+        P: covariance, of which the upper triangle is read; mean: the states, with `head` of them
+            before the lines.
         rows: (n, 4) of the Jacobians, see `linearization.py`.
+        beside: (m, n) which may be the same.
+        z: (m, 2) as the robot sees them; R: (m, 2, 2) their noise.
+        gate: d2 of a pair that fits, at most.
         two_sided: the two sides of a line are two different ones (of a wall), so that what was
             seen is never turned over.
     """
-    predicted = lines_in_frame(state.lines, state.pose)
-    return Fit(
-        *_fit(state.buffer, state.head, rows, predicted, seen.lines, seen.covariances, two_sided)
-    )
-
-
-@kernel
-def _fit(
-    P: Array, head: int, rows: Array, predicted: Array, z: Array, R: Array, two_sided: bool
-) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    m, n = len(z), len(predicted)
-    d2, log_det = np.empty((m, n)), np.empty((m, n))
-    residuals, turned = np.empty((m, n, 2)), np.zeros((m, n), dtype=np.bool_)
+    m, n = beside.shape
+    d2, log_det = np.full((m, n), np.inf), np.empty((m, n))
+    nu, turned = np.empty((m, n, 2)), np.zeros((m, n), dtype=np.bool_)
     for j in range(n):
-        r = head + 2 * j
-        h0, h1, g, c = -rows[j, 0], -rows[j, 1], rows[j, 2], rows[j, 3]
-        # The upper triangle of the covariance of x, y, heading, r, alpha, times the Jacobian.
-        p02, p12, p22 = P[0, 2], P[1, 2], P[2, 2]
-        v0 = h0 * P[0, 0] + h1 * P[0, 1] + g * p02 + P[0, r] + c * P[0, r + 1]
-        v1 = h0 * P[0, 1] + h1 * P[1, 1] + g * p12 + P[1, r] + c * P[1, r + 1]
-        v2 = h0 * p02 + h1 * p12 + g * p22 + P[2, r] + c * P[2, r + 1]
-        v3 = h0 * P[0, r] + h1 * P[1, r] + g * P[2, r] + P[r, r] + c * P[r, r + 1]
-        v4 = h0 * P[0, r + 1] + h1 * P[1, r + 1] + g * P[2, r + 1] + P[r, r + 1]
-        v4 += c * P[r + 1, r + 1]
-        s00 = h0 * v0 + h1 * v1 + g * v2 + v3 + c * v4
-        s01 = v4 - v2
-        s11 = p22 - 2 * P[2, r + 1] + P[r + 1, r + 1]
+        if not beside[:, j].any():
+            continue
+        at = head + 2 * j
+        s00, s01, s11 = _own_covariance(P, at, rows[j])
+        r = mean[at] - mean[0] * math.cos(mean[at + 1]) - mean[1] * math.sin(mean[at + 1])
+        alpha = wrapped(mean[at + 1] - mean[2])
         for i in range(m):
-            e0, e1 = z[i, 0] - predicted[j, 0], _wrapped(z[i, 1] - predicted[j, 1])
-            r01 = R[i, 0, 1]
+            if not beside[i, j]:
+                continue
+            e0, e1, r01 = z[i, 0] - r, wrapped(z[i, 1] - alpha), R[i, 0, 1]
             if not two_sided and abs(e1) > math.pi / 2:
-                e0, e1 = -z[i, 0] - predicted[j, 0], _wrapped(e1 + math.pi)
+                e0, e1 = -z[i, 0] - r, wrapped(e1 + math.pi)
                 r01 = -r01  # F R F, without which the filter comes to be too sure
                 turned[i, j] = True
             a, b, d = s00 + R[i, 0, 0], s01 + r01, s11 + R[i, 1, 1]
             determinant = a * d - b * b
             d2[i, j] = (d * e0 * e0 - 2 * b * e0 * e1 + a * e1 * e1) / determinant
             log_det[i, j] = math.log(determinant)
-            residuals[i, j, 0], residuals[i, j, 1] = e0, e1
-    return d2, log_det, residuals, turned
+            nu[i, j, 0], nu[i, j, 1] = e0, e1
+    found: Candidates = _those_that_fit(d2, log_det, nu, turned, R, gate)
+    return found
 
 
 @kernel
-def _wrapped(angle: float) -> float:
-    return angle - 2 * math.pi * math.ceil((angle - math.pi) / (2 * math.pi))
+def _own_covariance(P: Array, at: int, row: Array) -> tuple[float, float, float]:
+    """H P H^T of the line whose states begin at `at`, its three different numbers."""
+    h0, h1, g, c = -row[0], -row[1], row[2], row[3]
+    # The upper triangle of the covariance of x, y, heading, r, alpha, times the Jacobian.
+    p02, p12, p22 = P[0, 2], P[1, 2], P[2, 2]
+    v0 = h0 * P[0, 0] + h1 * P[0, 1] + g * p02 + P[0, at] + c * P[0, at + 1]
+    v1 = h0 * P[0, 1] + h1 * P[1, 1] + g * p12 + P[1, at] + c * P[1, at + 1]
+    v2 = h0 * p02 + h1 * p12 + g * p22 + P[2, at] + c * P[2, at + 1]
+    v3 = h0 * P[0, at] + h1 * P[1, at] + g * P[2, at] + P[at, at] + c * P[at, at + 1]
+    v4 = h0 * P[0, at + 1] + h1 * P[1, at + 1] + g * P[2, at + 1] + P[at, at + 1]
+    v4 += c * P[at + 1, at + 1]
+    s00 = h0 * v0 + h1 * v1 + g * v2 + v3 + c * v4
+    return s00, v4 - v2, p22 - 2 * P[2, at + 1] + P[at + 1, at + 1]
+
+
+@kernel
+def _those_that_fit(
+    d2: Array,
+    log_det: Array,
+    nu: Array,
+    turned: NDArray[np.bool_],
+    R: Array,
+    gate: float,
+) -> Candidates:
+    m, n = d2.shape
+    k = int((d2 < gate).sum())
+    out = Candidates(
+        np.empty(k, dtype=np.intp),
+        np.empty(k, dtype=np.intp),
+        np.empty((k, 2)),
+        np.empty(k, dtype=np.bool_),
+        np.empty((k, 2, 2)),
+        np.empty(k),
+        np.full(m, np.inf),
+    )
+    at = 0
+    for i in range(m):
+        for j in range(n):
+            out.nearest[i] = min(out.nearest[i], d2[i, j])
+            if not d2[i, j] < gate:
+                continue
+            out.seen[at], out.lines[at], out.turned[at] = i, j, turned[i, j]
+            out.residuals[at], out.noises[at] = nu[i, j], R[i]
+            out.scores[at] = d2[i, j] + log_det[i, j]
+            if turned[i, j]:
+                out.noises[at, 0, 1] *= -1.0
+                out.noises[at, 1, 0] *= -1.0
+            at += 1
+    return out
 
 
 @kernel

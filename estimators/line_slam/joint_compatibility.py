@@ -6,6 +6,8 @@ beside which another one would do nearly as well, and would say something else, 
 closures are worse than none.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -37,11 +39,26 @@ def largest_joint_set(
         gate: what two pairs' joint d2, of four degrees of freedom, must not exceed.
         margin: by which a rival's score must exceed a pair's.
     """
+    return np.asarray(_largest(seen, residuals, covariances, noises, scores, gate, margin))
+
+
+@kernel
+def _largest(
+    seen: NDArray[np.intp],
+    residuals: Array,
+    covariances: Array,
+    noises: Array,
+    scores: Array,
+    gate: float,
+    margin: float,
+) -> NDArray[np.bool_]:
     if len(seen) == 0:
         return np.zeros(0, dtype=np.bool_)
     compatible = _compatible(seen, residuals, covariances, noises, gate)
     chosen = _search(seen, compatible, scores)
-    return np.asarray(_unrivalled(seen, residuals, noises, compatible, scores, chosen, margin))
+    left: NDArray[np.bool_]
+    left = _unrivalled(seen, residuals, noises, compatible, scores, chosen, margin)
+    return left
 
 
 @kernel
@@ -55,14 +72,33 @@ def _compatible(
         for b in range(a + 1, k):
             if seen[a] == seen[b]:
                 continue
-            S[:2, :2] = covariances[a, a] + noises[a]
-            S[2:, 2:] = covariances[b, b] + noises[b]
-            S[:2, 2:] = covariances[a, b]
-            S[2:, :2] = covariances[a, b].T
-            nu[:2], nu[2:] = residuals[a], residuals[b]
-            d2 = float(nu @ np.linalg.solve(S, nu))
-            out[a, b] = out[b, a] = d2 <= gate
+            for p in range(2):
+                nu[p], nu[2 + p] = residuals[a, p], residuals[b, p]
+                for q in range(2):
+                    S[p, q] = covariances[a, a, p, q] + noises[a, p, q]
+                    S[2 + p, 2 + q] = covariances[b, b, p, q] + noises[b, p, q]
+                    S[2 + p, q] = covariances[a, b, q, p]
+            out[a, b] = out[b, a] = _squared(nu, S) <= gate
     return out
+
+
+@kernel
+def _squared(nu: Array, S: Array) -> float:
+    """nu^T S^-1 nu by the Cholesky factor of S, whose lower triangle and nu are overwritten; NaN
+    where S is not positive definite. For so few numbers LAPACK takes ten times as long."""
+    total = 0.0
+    for i in range(len(nu)):
+        for j in range(i + 1):
+            for k in range(j):
+                S[i, j] -= S[i, k] * S[j, k]
+            if i > j:
+                S[i, j] /= S[j, j]
+        S[i, i] = math.sqrt(S[i, i])
+        for k in range(i):
+            nu[i] -= S[i, k] * nu[k]
+        nu[i] /= S[i, i]
+        total += nu[i] * nu[i]
+    return total
 
 
 @kernel
@@ -148,8 +184,7 @@ def _unrivalled(
         for b in range(len(seen)):
             if b == a or seen[b] != seen[a] or scores[b] - scores[a] > margin:
                 continue
-            apart = residuals[b] - residuals[a]
-            if apart @ np.linalg.solve(noises[a], apart) < _TOLD_APART:
+            if _squared(residuals[b] - residuals[a], noises[a].copy()) < _TOLD_APART:
                 continue
             beside = True
             for other in range(len(seen)):

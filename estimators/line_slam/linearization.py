@@ -12,6 +12,7 @@ directions, a shift and a turn), but where Jacobians are taken at different esti
 thing a filter takes itself to have seen one, and becomes too sure (Huang and Dissanayake 2007).
 """
 
+import math
 from abc import ABC, abstractmethod
 
 import numpy as np
@@ -21,7 +22,9 @@ from grouser.estimators.line_slam.lines import normals
 from grouser.estimators.line_slam.motion import Step
 from grouser.estimators.line_slam.sparse_update import shear
 from grouser.estimators.line_slam.state import POSE, LineState
+from grouser.estimators.visual.single_pose import wrapped
 from grouser.geometry import Array, rotate, wrap
+from grouser.kernels import kernel, kernel_using
 
 _ALL = slice(None)
 
@@ -69,7 +72,7 @@ class AtTheEstimate(Linearization):
         """Nothing is fixed."""
 
     def jacobians(self, state: LineState, lines: slice = _ALL) -> Array:
-        return at(state.lines[lines, 1], state.pose)
+        return np.asarray(at(state.lines[lines, 1], state.pose))
 
     def correct(self, state: LineState, change: Array) -> None:
         add(state, change)
@@ -103,7 +106,7 @@ class FirstEstimates(Linearization):
         self._pose = state.pose.copy()
 
     def jacobians(self, state: LineState, lines: slice = _ALL) -> Array:
-        return at(self._alpha[lines], self._pose)
+        return np.asarray(at(self._alpha[lines], self._pose))
 
     def correct(self, state: LineState, change: Array) -> None:
         add(state, change)
@@ -143,7 +146,7 @@ class RightInvariant(Linearization):
 
     def jacobians(self, state: LineState, lines: slice = _ALL) -> Array:
         # Of e at the latest estimate, [1 c; 0 1], times J^-1 at the one where the scan began.
-        rows = at(self._alpha[lines], self._pose)
+        rows: Array = at(self._alpha[lines], self._pose)
         c = at(state.lines[lines, 1], state.pose)[:, 3]
         rows[:, 2] = rows[:, 3] - c
         rows[:, 3] = c
@@ -176,13 +179,13 @@ class RightInvariant(Linearization):
         """Nothing is kept of it beyond a scan."""
 
 
+@kernel
 def at(alpha: Array, pose: Array) -> Array:
     """(n, 4) the derivative's numbers where lines have directions (n,) and the pose is (3,)."""
     out = np.zeros((len(alpha), 4))
-    c, s = out[:, 0], out[:, 1]
-    np.cos(alpha, out=c)
-    np.sin(alpha, out=s)
-    out[:, 3] = pose[0] * s - pose[1] * c
+    for i in range(len(alpha)):
+        c, s = math.cos(alpha[i]), math.sin(alpha[i])
+        out[i, 0], out[i, 1], out[i, 3] = c, s, pose[0] * s - pose[1] * c
     return out
 
 
@@ -193,10 +196,16 @@ def jacobian(row: Array) -> Array:
 
 def add(state: LineState, change: Array) -> None:
     """Correct the mean by adding, and wrap its angles."""
-    mean = state.mean[: state.size]
-    mean += change
-    mean[2] = wrap(mean[2])
-    mean[state.head + 1 :: 2] = wrap(mean[state.head + 1 :: 2])
+    _add(state.mean, state.head, change)
+
+
+@kernel_using(wrapped)
+def _add(mean: Array, head: int, change: Array) -> None:
+    for i in range(len(change)):
+        mean[i] += change[i]
+    mean[2] = wrapped(mean[2])
+    for i in range(head + 1, len(change), 2):
+        mean[i] = wrapped(mean[i])
 
 
 LINEARIZATIONS: dict[str, type[Linearization]] = {

@@ -7,9 +7,10 @@ import numpy as np
 
 from grouser.estimators.base import Observation
 from grouser.estimators.line_slam.ackermann import reported_steering, steered
+from grouser.estimators.visual import single_pose
 from grouser.estimators.visual.constant_errors import NO_ERRORS, ConstantErrors
 from grouser.estimators.visual.prediction import MotionPredictor
-from grouser.geometry import Array, between, compose, compose_jacobians
+from grouser.geometry import Array, between, compose
 from grouser.rig_motion import Steering
 
 
@@ -55,9 +56,9 @@ class PredictedMotion(MotionModel):
 
     def predict(self, observation: Observation, pose: Array, errors: Array) -> Step:
         increment = self._predictor.predict(observation, errors)
-        by_pose, by_increment = compose_jacobians(pose, increment.pose)
+        by_pose, by_increment = single_pose.compose_jacobians(pose, increment.pose)
         return Step(
-            compose(pose, increment.pose),
+            single_pose.compose(pose, increment.pose),
             by_pose,
             by_increment @ increment.by_biases,
             by_increment @ increment.covariance @ by_increment.T,

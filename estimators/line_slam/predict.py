@@ -9,6 +9,7 @@ from grouser.estimators.line_slam.motion import MotionModel, Step
 from grouser.estimators.line_slam.sparse_update import propagate
 from grouser.estimators.line_slam.state import POSE, LineState
 from grouser.geometry import Array
+from grouser.kernels import kernel_using
 
 
 def predict(
@@ -24,11 +25,27 @@ def predict(
             state still has when it is asked for.
     """
     step = motion.predict(observation, state.pose.copy(), state.errors.copy())
-    F, Q = np.eye(state.head), np.zeros((state.head, state.head))
-    F[:POSE, :POSE] = by_pose(step)
-    F[:POSE, POSE:] = step.by_errors
-    Q[:POSE, :POSE] = step.covariance
-    Q[POSE:, POSE:] = np.diag(motion.errors.walks**2)
-    propagate(state.buffer, state.size, F, Q)
+    _spread(
+        state.buffer,
+        state.size,
+        by_pose(step),
+        step.by_errors,
+        step.covariance,
+        motion.errors.walks,
+    )
     state.pose[:] = step.pose
     return step.measured
+
+
+@kernel_using(propagate)
+def _spread(
+    P: Array, n: int, by_pose: Array, by_errors: Array, covariance: Array, walks: Array
+) -> None:
+    """`propagate` for the pose and the constant errors, which wander."""
+    head = POSE + len(walks)
+    F, Q = np.eye(head), np.zeros((head, head))
+    F[:POSE, :POSE], F[:POSE, POSE:] = by_pose, by_errors
+    Q[:POSE, :POSE] = covariance
+    for k in range(len(walks)):
+        Q[POSE + k, POSE + k] = walks[k] ** 2
+    propagate(P, n, F, Q)

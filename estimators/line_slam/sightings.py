@@ -30,7 +30,7 @@ class Sightings:
 
     def again(self, lines: NDArray[np.intp]) -> None:
         """These were seen in this scan; more than once counts once."""
-        self.counts[np.unique(lines)] += 1
+        self.counts[lines] += 1
 
     def join(self, kept: int, gone: int) -> None:
         """Two lines are one."""

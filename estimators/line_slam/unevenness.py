@@ -26,15 +26,15 @@ class Unevenness:
         likely = _CANDIDATES[_CANDIDATES >= least]
         self._squares = likely**2 if known is None else np.array([known**2])
         self._log_weights = np.zeros(len(self._squares))
+        self.variance = self._mean()
+        """m^2, the mean over the candidates as likely as they are."""
 
     @property
     def learns(self) -> bool:
         """Whether it is not known."""
         return len(self._squares) > 1
 
-    @property
-    def variance(self) -> float:
-        """m^2, the mean over the candidates as likely as they are."""
+    def _mean(self) -> float:
         weights = np.exp(self._log_weights - self._log_weights.max())
         return float(weights @ self._squares / weights.sum())
 
@@ -66,6 +66,7 @@ class Unevenness:
         d2 = np.einsum("i,cij,j->c", residuals, np.linalg.inv(each), residuals)
         likelihood = -0.5 * (d2 + np.linalg.slogdet(each)[1])
         self._log_weights = _KEEPS**k * self._log_weights + likelihood - likelihood.max()
+        self.variance = self._mean()
 
 
 def of_uneven(seen: LineMeasurements) -> Array:
