@@ -30,8 +30,8 @@ from grouser.scripts.benchmark_timing import (
     Figures,
     Measurement,
     curves,
+    least_seconds,
     median_seconds,
-    seconds,
 )
 
 _REACH = 30.0  # m, as in the paper
@@ -48,7 +48,7 @@ _WAYPOINTS = np.array(
     [[0.0, 35.0], [25.0, 0.0], [0.0, -20.0], [-35.0, 0.0], [-35.0, 10.0], [0.0, 35.0]]
 )
 """m: the paper's way."""
-_ROUNDS = 15
+_ROUNDS, _TURNS = 15, 300
 _STEPS = 60
 _STEERING = Steering(
     wheelbase=1.0,
@@ -68,15 +68,16 @@ def observers() -> Figures:
         "points": PointByPointObserver(spacing=0.1),
     }
     segments, position = _seen_from_everywhere()
-    times: dict[str, list[float]] = {name: [] for name in contestants}
-    for _ in range(_ROUNDS + 1):
-        for name, observer in contestants.items():
-            look = partial(observer.observe, segments, position, _REACH)
-            times[name].append(seconds(look))
-    bisection, closed, points = (np.median(taken[1:]) for taken in times.values())
+    took = least_seconds(
+        {
+            name: partial(observer.observe, segments, position, _REACH)
+            for name, observer in contestants.items()
+        },
+        _TURNS,
+    )
     return {
-        "line_slam.bisection_over_points": (float(points / bisection), "ratio"),
-        "line_slam.closed_over_bisection": (float(bisection / closed), "ratio"),
+        "line_slam.bisection_over_points": (took["points"] / took["bisection"], "ratio"),
+        "line_slam.closed_over_bisection": (took["bisection"] / took["closed"], "ratio"),
     }
 
 

@@ -1,7 +1,7 @@
 """What all benchmarks measure with."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,6 +35,15 @@ def median_seconds(call: Callable[[], object], n: int) -> float:
     """Median of n calls, after one that does not count."""
     call()
     return float(np.median([seconds(call) for _ in range(n)]))
+
+
+def least_seconds(calls: Mapping[str, Callable[[], object]], n: int) -> dict[str, float]:
+    """Shortest of n turns of each call, after one that does not count. They take turns, so that
+    what slows the machine slows all, and of what a turn takes only what others add varies."""
+    for call in calls.values():
+        call()
+    turns = [{name: seconds(call) for name, call in calls.items()} for _ in range(n)]
+    return {name: min(turn[name] for turn in turns) for name in calls}
 
 
 def curves() -> list[NDArray[np.float32]]:

@@ -20,6 +20,7 @@ _TOLD_APART = 9.21
 """Squared difference over the noise of a look, of two degrees of freedom: chi2(.99)."""
 
 
+@kernel
 def largest_joint_set(
     seen: NDArray[np.intp],
     residuals: Array,
@@ -39,19 +40,6 @@ def largest_joint_set(
         gate: what two pairs' joint d2, of four degrees of freedom, must not exceed.
         margin: by which a rival's score must exceed a pair's.
     """
-    return np.asarray(_largest(seen, residuals, covariances, noises, scores, gate, margin))
-
-
-@kernel
-def _largest(
-    seen: NDArray[np.intp],
-    residuals: Array,
-    covariances: Array,
-    noises: Array,
-    scores: Array,
-    gate: float,
-    margin: float,
-) -> NDArray[np.bool_]:
     if len(seen) == 0:
         return np.zeros(0, dtype=np.bool_)
     compatible = _compatible(seen, residuals, covariances, noises, gate)
