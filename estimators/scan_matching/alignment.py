@@ -1,6 +1,7 @@
 """Point-to-line alignment: Gauss-Newton on the distances of points to the surface nearest to them,
 with Cauchy's weights (Censi, "An ICP variant using a point-to-line metric", ICRA 2008)."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,9 @@ from grouser.estimators.scan_matching.pairs import (
 )
 from grouser.estimators.scan_matching.reference import REACH, Reference
 from grouser.estimators.scan_matching.surface import Surface
-from grouser.geometry import Array, wrap
+from grouser.estimators.visual.single_pose import wrapped
+from grouser.geometry import Array
+from grouser.kernels import kernel, kernel_using
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,33 +86,25 @@ def align(
     Args:
         guess: (3,) that the prior expects, with the inverse covariance `information` (3, 3).
     """
-    pose, radius = start.copy(), options.first_radius
-    pairs = no_pairs(len(surface.points))
-    least = surface.sigma**2
-    cauchy = max(options.cauchy, _EFFICIENT * float(np.sqrt(least)))
-    for _ in range(options.steps):
-        pair(surface, reference, pose, radius, cauchy, options.same_side, pairs)
-        A, S, b = normal_equations(pairs, _variances(pairs, cauchy, least, options))
-        F = believed(A, S)
-        off = pose - guess
-        off[2] = wrap(off[2])
-        step = np.linalg.solve(F @ A + information, F @ b - information @ off)
-        pose = pose + step
-        settled = radius <= options.last_radius
-        radius = max(options.last_radius, options.shrinking * radius)
-        if settled and float(np.abs(step).max()) < _STILL:
-            break
-    pose[2] = wrap(pose[2])
-    pair(surface, reference, pose, radius, cauchy, options.same_side, pairs)
-    variances = _variances(pairs, cauchy, least, options)
-    A, S, _ = normal_equations(pairs, variances)
-    by_scan = np.zeros((len(reference.poses), 3, 3))
-    information_by_scan(pairs, variances, by_scan)
-    by_scan = independent_share(pairs, variances) * (believed(A, S) @ by_scan)
-    inliers = int((pairs.weights >= 0.5).sum())
-    return Alignment(pose, by_scan, inliers, (A - S)[:2, :2], float(np.sqrt(variances[1])))
+    return Alignment(
+        *_aligned(
+            surface,
+            reference,
+            start,
+            guess,
+            information,
+            options.first_radius,
+            options.last_radius,
+            options.shrinking,
+            max(options.cauchy, _EFFICIENT * surface.sigma),
+            options.same_side,
+            np.array([options.sigma_off_lines, surface.sigma]) ** 2,
+            options.steps,
+        )
+    )
 
 
+@kernel
 def believed(A: Array, S: Array) -> Array:
     """(3, 3) F, so that F A is what of the information A noise in the normals did not make.
 
@@ -117,19 +112,63 @@ def believed(A: Array, S: Array) -> Array:
     this makes on average: directions in which A is not well above S tell nothing, and from the
     others S is taken off. F A is symmetric and not negative.
     """
-    floor = _NEGLIGIBLE * np.diag([A[0, 0] + A[1, 1], A[0, 0] + A[1, 1], A[2, 2]])
+    floor = _NEGLIGIBLE * np.diag(np.array([A[0, 0] + A[1, 1], A[0, 0] + A[1, 1], A[2, 2]]))
     C = np.linalg.cholesky(S + floor + _NOTHING * np.eye(3))
     to = np.linalg.inv(C)
     values, vectors = np.linalg.eigh(to @ A @ to.T)
-    share = np.where(values > _ABOVE_NOISE, 1 - 1 / np.maximum(values, 1), 0.0)
-    U = C @ vectors
-    return np.asarray((U * share) @ (vectors.T @ to))
+    share = np.where(values > _ABOVE_NOISE, 1 - 1 / np.maximum(values, 1.0), 0.0)
+    F: Array = (C @ vectors * share) @ (vectors.T @ to)
+    return F
 
 
-def _variances(pairs: Pairs, cauchy: float, least: float, options: AlignmentOptions) -> Array:
+@kernel_using(pair, normal_equations, variance, information_by_scan, independent_share, wrapped)
+def _aligned(
+    surface: Surface,
+    reference: Reference,
+    start: Array,
+    guess: Array,
+    information: Array,
+    radius: float,
+    last_radius: float,
+    shrinking: float,
+    cauchy: float,
+    same_side: float,
+    least: Array,
+    steps: int,
+) -> tuple[Array, Array, int, Array, float]:
+    """What an `Alignment` says; `least` are the variances (2,), at least, of `_variances`."""
+    pose, pairs = start.copy(), no_pairs(len(surface.points))
+    for _ in range(steps):
+        pair(surface, reference, pose, radius, cauchy, same_side, pairs)
+        A, S, b = normal_equations(pairs, _variances(pairs, cauchy, least))
+        F = believed(A, S)
+        off = pose - guess
+        off[2] = wrapped(off[2])
+        step = np.linalg.solve(F @ A + information, F @ b - information @ off)
+        pose += step
+        settled = radius <= last_radius
+        radius = max(last_radius, shrinking * radius)
+        if settled and np.abs(step).max() < _STILL:
+            break
+    pose[2] = wrapped(pose[2])
+    pair(surface, reference, pose, radius, cauchy, same_side, pairs)
+    variances = _variances(pairs, cauchy, least)
+    A, S, _ = normal_equations(pairs, variances)
+    F = independent_share(pairs, variances) * believed(A, S)
+    by_scan = np.zeros((len(reference.poses), 3, 3))
+    information_by_scan(pairs, variances, by_scan)
+    for k in range(len(by_scan)):
+        by_scan[k] = F @ by_scan[k]
+    inliers = (pairs.weights >= 0.5).sum()
+    directions = np.ascontiguousarray((A - S)[:2, :2])
+    return pose, by_scan, inliers, directions, math.sqrt(variances[1])
+
+
+@kernel_using(variance)
+def _variances(pairs: Pairs, cauchy: float, least: Array) -> Array:
     """(2,) of a coordinate of a point off lines, and of a distance from a line, m^2."""
-    off_lines = variance(pairs, False, cauchy, options.sigma_off_lines**2)
-    return np.array([off_lines, variance(pairs, True, cauchy, least)])
+    off_lines = variance(pairs, False, cauchy, least[0])
+    return np.array([off_lines, variance(pairs, True, cauchy, least[1])])
 
 
 _EFFICIENT = 2.385

@@ -31,6 +31,7 @@ class Pairs(NamedTuple):
     direction; zero where there is no line"""
 
 
+@kernel
 def no_pairs(m: int) -> Pairs:
     """Room for those of m points."""
     return Pairs(
