@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from grouser.checks import require_not_negative, require_positive
 from grouser.estimators.scan_matching.nearest_field import NearestField, tile_at
 from grouser.geometry import Array, wrap
-from grouser.kernels import kernel_using
+from grouser.kernels import kernel, kernel_using
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,19 +122,6 @@ def _likelihood(points: Array, field: NearestField, pose: Array, sigma: float) -
 
 
 @kernel_using(tile_at)
-def _sum(points: Array, field: NearestField, fits: NDArray[np.float32], pose: Array) -> float:
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    total = 0.0
-    for k in range(len(points)):
-        x = pose[0] + c * points[k, 0] - s * points[k, 1]
-        y = pose[1] + s * points[k, 0] + c * points[k, 1]
-        tile, i, j = tile_at(field, x, y)
-        if tile >= 0:
-            total += fits[tile, i, j]
-    return total
-
-
-@kernel_using(tile_at)
 def _best(
     points: Array,
     field: NearestField,
@@ -148,17 +135,78 @@ def _best(
     turn: float,
     weight: float,
 ) -> Array:
+    """A pose is given up as soon as it cannot become the best, if all points that are left fitted:
+    most are after a few."""
     best, highest = centre.copy(), -np.inf
-    pose = np.empty(3)
-    for k in range(-n_turns, n_turns + 1):
+    order = _spread(len(points))
+    turned = np.empty((len(points), 2))
+    pose, off = np.empty(3), np.empty(3)
+    for k in _from_the_middle(n_turns):
         pose[2] = centre[2] + k * turn
-        for i in range(-n, n + 1):
+        c, s = np.cos(pose[2]), np.sin(pose[2])
+        for p in range(len(points)):
+            x, y = points[order[p]]
+            turned[p, 0], turned[p, 1] = c * x - s * y, s * x + c * y
+        for i in _from_the_middle(n):
             pose[0] = centre[0] + i * step
-            for j in range(-n, n + 1):
+            for j in _from_the_middle(n):
                 pose[1] = centre[1] + j * step
-                off = pose - guess
-                value = weight * _sum(points, field, fits, pose) - 0.5 * off @ information @ off
+                off[:] = pose - guess
+                prior = -0.5 * _squared(off, information)
+                least = (highest - prior) / weight if weight > 0.0 else -np.inf
+                value = prior + weight * _sum(turned, field, fits, pose, least)
                 if value > highest:
                     highest = value
                     best[:] = pose
     return best
+
+
+@kernel_using(tile_at)
+def _sum(
+    turned: Array, field: NearestField, fits: NDArray[np.float32], pose: Array, least: float
+) -> float:
+    """How many points fit, each as well as its cell says; or less than `least`, if that is sure."""
+    total, n = 0.0, len(turned)
+    for first in range(0, n, _AT_ONCE):
+        if total + (n - first) < least:
+            break
+        for p in range(first, min(first + _AT_ONCE, n)):
+            tile, i, j = tile_at(field, pose[0] + turned[p, 0], pose[1] + turned[p, 1])
+            if tile >= 0:
+                total += fits[tile, i, j]
+    return total
+
+
+@kernel
+def _spread(n: int) -> NDArray[np.intp]:
+    """The numbers below n, so that the first few are from everywhere."""
+    out, at = np.empty(n, dtype=np.intp), 0
+    for first in range(_STRIDE):
+        for k in range(first, n, _STRIDE):
+            out[at] = k
+            at += 1
+    return out
+
+
+@kernel
+def _from_the_middle(n: int) -> NDArray[np.intp]:
+    """0, -1, 1, -2, ... n: what is likely comes first."""
+    out = np.zeros(2 * n + 1, dtype=np.intp)
+    for k in range(1, n + 1):
+        out[2 * k - 1], out[2 * k] = -k, k
+    return out
+
+
+@kernel
+def _squared(off: Array, information: Array) -> float:
+    """off^T information off"""
+    total = 0.0
+    for a in range(3):
+        for b in range(3):
+            total += off[a] * information[a, b] * off[b]
+    return total
+
+
+_AT_ONCE = 12
+"""Points between two looks at whether it is worth to go on"""
+_STRIDE = 15
