@@ -8,11 +8,12 @@ import numpy as np
 
 from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator, Status
 from grouser.estimators.monocular.landmarks import LandmarkMap, landmarks
+from grouser.estimators.monocular.look import FEWEST
 from grouser.estimators.monocular.management import MapOptions
 from grouser.estimators.monocular.motion_model import TrackModel
 from grouser.estimators.monocular.picture import Picture, PictureTaker
 from grouser.estimators.monocular.search import SearchOptions
-from grouser.estimators.monocular.slam import FEWEST, InverseDepthSlam, PatchNoise
+from grouser.estimators.monocular.slam import InverseDepthSlam, PatchNoise
 from grouser.estimators.monocular.state import planar_covariance
 from grouser.estimators.track_motion import TrackNoise
 from grouser.estimators.visual.descriptor import Image
@@ -26,9 +27,11 @@ from grouser.rig import Rig, StereoCamera
 class MonocularEkf(PoseEstimator):
     """EKF SLAM with the left camera alone, its scale from the tracks (see this folder).
 
-    An image that shows too little is bridged by the tracks (COASTING). Increments that are not
-    finite are no word from the tracks: the motion is then expected to go on as it was, and the map
-    keeps the scale while it lasts.
+    An image that shows too little, or of the map too little where it should be, is bridged by the
+    tracks (COASTING). So is one that stands while the tracks drive: where the robot is then lies
+    between where it was and where the tracks say, until a later image tells (`stands_still` in the
+    diagnostics). Increments that are not finite are no word from the tracks: the motion is then
+    expected to go on as it was, and the map keeps the scale while it lasts.
     """
 
     requires: ClassVar[frozenset[str]] = frozenset({"left", "tracks", "stamp"})
@@ -180,8 +183,10 @@ class MonocularEkf(PoseEstimator):
         )
 
     def _picture(self, image: Image, du: Array) -> Picture | None:
-        """None where the image shows nothing, or is the one before although the robot drives."""
-        frozen = bool(np.abs(du).max() > _AT_REST) and np.array_equal(image, self._before)
+        """None where the image shows nothing, or is the one before and nobody says that the robot
+        stands: sensors are noisy, and the same bits again are a picture that got stuck."""
+        stands = bool(np.abs(du).max() <= _AT_REST)  # not if the tracks are silent
+        frozen = not stands and np.array_equal(image, self._before)
         self._before = image
         if frozen:
             return None
@@ -203,7 +208,7 @@ class MonocularEkf(PoseEstimator):
     def _estimate(
         self, observation: Observation, status: Status, diagnostics: dict[str, float]
     ) -> PoseEstimate:
-        state = self._slam.state
+        state = self._slam.now
         return PoseEstimate(
             pose=project(state.T_start_base),
             covariance=planar_covariance(state),

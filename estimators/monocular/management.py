@@ -47,14 +47,19 @@ def worth_keeping(
         points: (n, 3) as seen now; NaN behind the camera.
         size: width and height of the image, px.
     """
-    width, height = size
-    # False for NaN
-    kept = (points[:, 0] >= PATCH_RADIUS) & (points[:, 0] < width - PATCH_RADIUS)
-    kept &= (points[:, 1] >= PATCH_RADIUS) & (points[:, 1] < height - PATCH_RADIUS)
+    kept = in_view(points, size)
     kept &= appearance.missed <= options.patience
     kept &= appearance.found >= options.found_share * (appearance.sought - _PROBATION)
     sigma = np.sqrt(np.diag(state.covariance)[HEAD + 2 :: 3])
     return np.asarray(kept & (state.points[:, 2] > -3 * sigma))
+
+
+def in_view(points: Array, size: tuple[int, int]) -> NDArray[np.bool_]:
+    """(n,) which points (n, 3) lie in the image, with all of what they look like; False for NaN."""
+    width, height = size
+    inside = (points[:, 0] >= PATCH_RADIUS) & (points[:, 0] < width - PATCH_RADIUS)
+    inside &= (points[:, 1] >= PATCH_RADIUS) & (points[:, 1] < height - PATCH_RADIUS)
+    return np.asarray(inside)
 
 
 _PROBATION = 4  # frames that a share is not yet worth judging by

@@ -20,19 +20,27 @@ from grouser.estimators.monocular.camera import (
     project,
 )
 from grouser.estimators.monocular.kalman import compose, motion_pose
-from grouser.estimators.monocular.management import MapOptions, new_corners, worth_keeping
+from grouser.estimators.monocular.look import FEWEST, Look, Verdict, told_of
+from grouser.estimators.monocular.management import MapOptions, in_view, new_corners, worth_keeping
 from grouser.estimators.monocular.motion_model import Motion, moved
 from grouser.estimators.monocular.picture import Picture
-from grouser.estimators.monocular.robust_update import RobustUpdate, Updated
+from grouser.estimators.monocular.robust_update import RobustUpdate
 from grouser.estimators.monocular.search import SearchOptions, Sighting, search
+from grouser.estimators.monocular.standing import (
+    at_rest,
+    between_both,
+    then,
+    without_points,
+    worth_telling,
+)
 from grouser.estimators.monocular.state import SlamState, initial_state
 from grouser.geometry import Array
 from grouser.rig import StereoCamera
 
-FEWEST = 8
-"""Points that must agree, or the picture tells nothing."""
-_AGREEING_SHARE = 0.3  # of the matches
-_SLIP_GATE = 16.3  # chi-square of 3 degrees of freedom at 99.9 %
+# Of the points that should be in view, those that must agree: usually some 60 % do.
+_AGREEING_SHARE = 0.4
+_DOUBTED_SHARE = 0.5  # after a picture of which less agreed
+_AS_STILL = 0.9  # of those that any motion explains, the share that rest must explain
 _CUT = 0.05  # px; a point is by definition where its patch was cut, but for the patch's own noise
 
 
@@ -62,26 +70,6 @@ class Step:
     diagnostics: dict[str, float]
 
 
-@dataclass(frozen=True, slots=True)
-class _Look:
-    """A predicted state, compared with a picture."""
-
-    predicted: SlamState
-    sighting: Sighting
-    updated: Updated
-
-    @property
-    def supported(self) -> bool:
-        """Enough of what was found agrees."""
-        agreeing = int(self.updated.inliers.sum())
-        return agreeing >= max(FEWEST, _AGREEING_SHARE * len(self.sighting.seen))
-
-    @property
-    def expected(self) -> bool:
-        """It agrees on a motion such as was predicted."""
-        return self.supported and self.updated.nis <= _SLIP_GATE
-
-
 class InverseDepthSlam:
     """The filter with its map, from picture to picture."""
 
@@ -108,6 +96,7 @@ class InverseDepthSlam:
         self._camera = camera
         self._intrinsics = inverse_depth_intrinsics(camera)
         self._scale = camera.width / 320
+        self._size = (camera.width, camera.height)
         self._robust_update = RobustUpdate(
             camera.T_base_camera, self._intrinsics, sample, threshold_px * self._scale
         )
@@ -119,13 +108,23 @@ class InverseDepthSlam:
 
     @property
     def state(self) -> SlamState:
-        """The estimate after the last picture."""
+        """The estimate after the last picture that did not stand against the tracks."""
         return self._state
+
+    @property
+    def now(self) -> SlamState:
+        """Where the robot may be: the state, or midway to where the tracks say since pictures stand
+        against them."""
+        if self._stood is None:
+            return self._state
+        return between_both(self._state, self._stood, self._walk)
 
     def start(self, picture: Picture) -> None:
         """At pose zero, which is known, with the first picture."""
         self._state = initial_state(self._constant_sigmas)
         self._appearance = NOTHING_SEEN
+        self._stood: Motion | None = None
+        self._doubted = False
         self._initialise(picture)
 
     def step(
@@ -143,39 +142,70 @@ class InverseDepthSlam:
             otherwise: what is expected if they slip, which the picture then tells.
         """
         started = time.perf_counter()
-        state, told, tracked = self._predict(motion), {}, False
-        if picture is not None and len(state.points) >= FEWEST:
-            look, slipped = self._look(picture, state, otherwise, rng)
-            told, tracked = _told(look, slipped), look.supported
-            self._appearance = self._recognised(look)
-            state = look.updated.state if tracked else state
-        moved_on = state.motion
-        self._state = self._move_on(state)
-        if picture is not None:
+        verdict, look = Verdict.NOTHING, None
+        if picture is not None and len(self._state.points) >= FEWEST:
+            verdict, look = self._judge(picture, motion, otherwise, rng)
+        told = {} if look is None else told_of(look, verdict)
+        if verdict is Verdict.STANDS:
+            self._stood = motion if self._stood is None else then(self._stood, motion)
+            told["ms_filter"] = 1e3 * (time.perf_counter() - started)
+            return Step(False, np.zeros(6), told)
+        state = self._conclude(verdict, look, motion)
+        self._state, self._stood = self._move_on(state), None
+        # A map in doubt is not mended: if the doubt lasts, it is given up as a whole.
+        if picture is not None and not self._doubted:
             self._initialise(picture)
         told["ms_filter"] = 1e3 * (time.perf_counter() - started)
-        return Step(tracked, moved_on, told)
+        tracked = verdict is not Verdict.NOTHING
+        return Step(tracked, state.motion if tracked else motion.mean, told)
 
     def _predict(self, motion: Motion) -> SlamState:
         return moved(self._state, motion, self._walk)
 
-    def _look(
-        self, picture: Picture, predicted: SlamState, otherwise: Motion, rng: np.random.Generator
-    ) -> tuple[_Look, bool]:
-        """What the picture says, and whether the tracks slipped: then they do not count."""
-        look = self._compare(picture, predicted, rng)
-        if look.expected:
-            return look, False
+    def _judge(
+        self, picture: Picture, motion: Motion, otherwise: Motion, rng: np.random.Generator
+    ) -> tuple[Verdict, Look]:
+        """What the picture says: as the tracks, or else as if they did not count."""
+        share = _DOUBTED_SHARE if self._doubted else _AGREEING_SHARE
+        look = self._compare(picture, self._predict(motion), rng)
+        if look.expected(share):
+            return Verdict.AS_PREDICTED, look
+        if self._stood is not None:
+            led = self._compare(picture, self._predict(then(self._stood, motion)), rng)
+            if led.expected(share):
+                return Verdict.AS_PREDICTED, led
         again = self._compare(picture, self._predict(otherwise), rng)
-        if again.supported:
-            return again, True
-        return look, False
+        if not again.supported(share):
+            return Verdict.NOTHING, look
+        if worth_telling(motion) and motion is not otherwise:
+            still = self._compare(picture, self._predict(at_rest(motion)), rng)
+            if still.expected(share) and still.agreeing >= _AS_STILL * again.agreeing:
+                return Verdict.STANDS, still
+        return Verdict.SLIPPED, again
 
-    def _compare(self, picture: Picture, predicted: SlamState, rng: np.random.Generator) -> _Look:
+    def _conclude(self, verdict: Verdict, look: Look | None, motion: Motion) -> SlamState:
+        """The state once the robot has moved, or what it may be."""
+        against = look is not None and verdict is Verdict.NOTHING
+        lost, self._doubted = against and self._doubted, against and not self._doubted
+        if look is not None:
+            self._appearance = self._recognised(look, verdict)
+            if verdict is not Verdict.NOTHING:
+                return look.updated.state
+        if self._stood is not None:
+            self._appearance, self._doubted = NOTHING_SEEN, False
+            return between_both(self._state, then(self._stood, motion), self._walk)
+        state = self._predict(motion)
+        if lost:
+            self._appearance = NOTHING_SEEN
+            return without_points(state)
+        return state
+
+    def _compare(self, picture: Picture, predicted: SlamState, rng: np.random.Generator) -> Look:
         projection = project(predicted, self._camera.T_base_camera, self._intrinsics)
         sighting, noise = self._search(picture, predicted, projection)
         matches = Matches(sighting.seen, sighting.places, noise[sighting.seen])
-        return _Look(predicted, sighting, self._robust_update(predicted, projection, matches, rng))
+        sought = int(in_view(projection.points, self._size).sum())
+        return Look(sought, sighting, self._robust_update(predicted, projection, matches, rng))
 
     def _search(
         self, picture: Picture, predicted: SlamState, projection: Projection
@@ -195,9 +225,9 @@ class InverseDepthSlam:
         T_start_base = state.T_start_base @ motion_pose(state.motion)
         return np.asarray(T_start_base @ self._camera.T_base_camera)
 
-    def _recognised(self, look: _Look) -> Appearance:
+    def _recognised(self, look: Look, verdict: Verdict) -> Appearance:
         """Which points were seen where they are, and what they look like now."""
-        inliers = look.updated.inliers & look.supported
+        inliers = look.updated.inliers & (verdict is not Verdict.NOTHING)
         n = len(self._appearance.descriptors)
         seen: NDArray[np.bool_] = np.zeros(n, dtype=bool)
         seen[look.sighting.seen[inliers]] = True
@@ -208,8 +238,9 @@ class InverseDepthSlam:
     def _move_on(self, state: SlamState) -> SlamState:
         """The state in the frame of the current camera, without the points that left it."""
         projection = project(state, self._camera.T_base_camera, self._intrinsics)
-        size = (self._camera.width, self._camera.height)
-        kept = worth_keeping(projection.points, state, self._appearance, size, self._map_options)
+        kept = worth_keeping(
+            projection.points, state, self._appearance, self._size, self._map_options
+        )
         self._appearance = self._appearance.keeping(kept)
         return compose(state.keeping(kept), projection.keeping(kept))
 
@@ -230,15 +261,3 @@ class InverseDepthSlam:
                 picture.aligned, corners, picture.descriptors[chosen], self._camera_pose(state)
             )
         )
-
-
-def _told(look: _Look, slipped: bool) -> dict[str, float]:
-    updated = look.updated
-    return {
-        "matches": float(len(look.sighting.seen)),
-        "inliers": float(updated.inliers.sum()),
-        "rescued": float(updated.rescued.sum()),
-        "trials": float(updated.trials),
-        "nis": updated.nis,
-        "slipped": float(slipped),
-    }

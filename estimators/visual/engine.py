@@ -15,16 +15,11 @@ from grouser.estimators.visual.fusion import Fused, RelativePose, nothing_yet
 from grouser.estimators.visual.keyframes import KeyframeRule
 from grouser.estimators.visual.levelling import levelling
 from grouser.estimators.visual.motion import chassis_pose
+from grouser.estimators.visual.planar_motion import pose_motion, pose_to_motion
 from grouser.estimators.visual.pose_filter import PoseFilter
 from grouser.estimators.visual.prediction import Increment, MotionPredictor
 from grouser.estimators.visual.prior import VAGUE_SIDE, ChassisPrior, MotionPrior
-from grouser.estimators.visual.sight import (
-    Expectation,
-    KeyframeSight,
-    Sight,
-    pose_motion,
-    pose_to_motion,
-)
+from grouser.estimators.visual.sight import Expectation, KeyframeSight, Sight
 from grouser.estimators.visual.single_pose import (
     between,
     carried,

@@ -1,6 +1,5 @@
 """One look back at the keyframe: match, solve by RANSAC, refine (paper 1 Fig. 3, middle)."""
 
-import math
 import time
 from dataclasses import dataclass
 from typing import Generic
@@ -12,12 +11,13 @@ from grouser.estimators.visual.base import FrameT, Frontend, KeyframeT
 from grouser.estimators.visual.fusion import RelativePose
 from grouser.estimators.visual.matching import Matches, Prediction
 from grouser.estimators.visual.motion import intrinsics, predict_points
+from grouser.estimators.visual.planar_motion import planar_pose, pose_motion, pose_to_motion
 from grouser.estimators.visual.prior import Constraint, MotionPrior
 from grouser.estimators.visual.refine import Refinement, refine
 from grouser.estimators.visual.solver import Hypothesis, MotionSolver
 from grouser.estimators.visual.structure import OffsetEvidence, offset_of_structure
 from grouser.geometry import Array
-from grouser.kernels import kernel
+from grouser.kernels import kernel_using
 from grouser.rig import StereoCamera
 
 FEWEST_MATCHES = 12
@@ -255,27 +255,9 @@ def _told_of_motion(hypothesis: Hypothesis, refined: Refinement) -> dict[str, fl
     }
 
 
-@kernel
-def pose_motion(pose: Array) -> Array:
-    """(turn, chord, side) of a pose (x, y, heading)."""
-    c, s = math.cos(pose[2] / 2), math.sin(pose[2] / 2)
-    return np.array([pose[2], c * pose[0] + s * pose[1], -s * pose[0] + c * pose[1]])
-
-
-@kernel
-def pose_to_motion(pose: Array) -> Array:
-    """(3, 3) derivative of (turn, chord, side) with respect to the pose (x, y, heading)."""
-    c, s = math.cos(pose[2] / 2), math.sin(pose[2] / 2)
-    _, chord, side = pose_motion(pose)
-    return np.array([[0.0, 0.0, 1.0], [c, s, side / 2], [-s, c, -chord / 2]])
-
-
-@kernel
+@kernel_using(planar_pose)
 def _planar(motion: Array, covariance: Array, by_disparity: Array) -> tuple[Array, Array, Array]:
     """Pose (3,) of a motion (6,), its covariance, and its derivative by the disparity offset."""
-    turn, chord, side = motion[:3]
-    c, s = math.cos(turn / 2), math.sin(turn / 2)
-    pose = np.array([c * chord - s * side, s * chord + c * side, turn])
-    to_pose = np.linalg.inv(pose_to_motion(pose))
+    pose, to_pose = planar_pose(motion)
     planar = np.ascontiguousarray(covariance[:3, :3])
     return pose, to_pose @ planar @ to_pose.T, to_pose @ by_disparity[:3]

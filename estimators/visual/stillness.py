@@ -25,6 +25,11 @@ def contradicted(step: Array, noise: Array, increment: Increment) -> bool:
     return bool(_stands(step, increment.pose, noise + increment.covariance))
 
 
+def moves(expected: Array) -> bool:
+    """Whether a motion (3,) over a frame is so large that vision would see that it was not."""
+    return bool(_moves(expected))
+
+
 def doubt(increment: Increment, frames: int) -> Increment:
     """The noise of a motion (3,) that may not have been, for the n-th frame in a row.
 
@@ -41,10 +46,16 @@ def _lengths(pose: Array) -> tuple[float, float]:
 
 
 @kernel_using(wrapped)
-def _stands(step: Array, expected: Array, covariance: Array) -> bool:
+def _moves(expected: Array) -> bool:
     way, turn = math.hypot(expected[0], expected[1]), abs(wrapped(expected[2]))
-    if way <= _LEAST_WAY and turn <= _LEAST_TURN:
+    return bool(way > _LEAST_WAY or turn > _LEAST_TURN)
+
+
+@kernel_using(_moves, wrapped)
+def _stands(step: Array, expected: Array, covariance: Array) -> bool:
+    if not _moves(expected):
         return False
+    way, turn = math.hypot(expected[0], expected[1]), abs(wrapped(expected[2]))
     if math.hypot(step[0], step[1]) > _REST + _SHARE * way:
         return False
     if abs(wrapped(step[2])) > _REST + _SHARE * turn:

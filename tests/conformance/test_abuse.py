@@ -56,6 +56,20 @@ def test_nothing_makes_its_rivals_confidently_wrong(name: str, spoil: str) -> No
     assert found.recovery is not None and found.recovery <= 4
 
 
+@pytest.mark.parametrize("name", ["one-point-ekf", "two-point-ekf"])
+@pytest.mark.parametrize("spoil", SPOILS)
+def test_nothing_makes_one_camera_confidently_wrong(name: str, spoil: str) -> None:
+    found = suffered(name, spoil)
+    assert found.wrong == 0
+    assert found.recovery is not None and found.recovery <= 4
+
+
+@pytest.mark.parametrize("spoil", ["frozen, noisy", "frozen, tracks silent"])
+def test_one_camera_that_stands_while_the_tracks_drive_is_not_believed(spoil: str) -> None:
+    found = suffered("one-point-ekf", spoil)
+    assert found.statuses[Status.TRACKING] == 0 and found.growth > 2
+
+
 @pytest.mark.parametrize("spoil", ["black", "frozen", "tracks silent", "tracks zero"])
 def test_nothing_of_these_makes_the_fusion_confidently_wrong(spoil: str) -> None:
     found = suffered("vo-imu-gps", spoil)

@@ -5,9 +5,10 @@ import pytest
 
 from grouser.estimators.visual.matching import MatchingOptions
 from grouser.estimators.visual.one_point import OnePointRansac
+from grouser.estimators.visual.planar_motion import pose_motion
 from grouser.estimators.visual.point_frontend import PointFrontend, eyes_noise
 from grouser.estimators.visual.prior import REFINEMENTS
-from grouser.estimators.visual.sight import Expectation, KeyframeSight, pose_motion
+from grouser.estimators.visual.sight import Expectation, KeyframeSight
 from grouser.geometry import between
 from grouser.scripts.montecarlo_runs import RECOMMENDED, run_all, score_drive
 from grouser.scripts.montecarlo_scenarios import SCENARIOS

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from grouser.estimators.base import Observation
 from grouser.estimators.track_motion import SideSlip, TrackNoise, arc_pose
+from grouser.estimators.visual.planar_motion import pose_motion
 from grouser.estimators.visual.prediction import TrackPredictor, VelocityPredictor
-from grouser.estimators.visual.sight import pose_motion
 from grouser.geometry import Array
 from grouser.rig import TrackGeometry
 

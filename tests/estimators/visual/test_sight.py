@@ -10,14 +10,9 @@ from grouser.estimators.visual.frontend import FrontendOptions
 from grouser.estimators.visual.image_frontend import ImageFrontend
 from grouser.estimators.visual.matching import MatchingOptions, PixelNoise
 from grouser.estimators.visual.one_point import OnePointRansac
+from grouser.estimators.visual.planar_motion import pose_motion
 from grouser.estimators.visual.prior import ChassisPrior
-from grouser.estimators.visual.sight import (
-    Expectation,
-    KeyframeSight,
-    Sight,
-    pose_motion,
-    pose_to_motion,
-)
+from grouser.estimators.visual.sight import Expectation, KeyframeSight, Sight
 from grouser.geometry import Array, between, rotate
 from grouser.rig import StereoCamera
 
@@ -98,19 +93,6 @@ def test_another_scene_is_no_motion(sigma: float) -> None:
     size = (CAMERA.height, CAMERA.width, 1)
     noise = np.random.default_rng(1).integers(0, 256, size, dtype=np.uint8)
     assert look({"left": noise, "right": noise}, np.zeros(3), sigma=sigma).motion is None
-
-
-def test_pose_and_motion_are_one_with_their_derivative() -> None:
-    rng, h = np.random.default_rng(2), 1e-6
-    for pose in rng.uniform(-1, 1, (20, 3)):
-        turn, chord, side = pose_motion(pose)
-        back = np.append(rotate(turn / 2, [chord, side]), turn)
-        np.testing.assert_allclose(back, pose, atol=1e-14)
-        J = pose_to_motion(pose)
-        for k in range(3):
-            step = h * np.eye(3)[k]
-            difference = (pose_motion(pose + step) - pose_motion(pose - step)) / (2 * h)
-            assert np.abs(J[:, k] - difference).max() < 1e-9
 
 
 def test_the_planar_part_carries_covariance_and_offset_through() -> None:
