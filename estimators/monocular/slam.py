@@ -39,7 +39,7 @@ from grouser.rig import StereoCamera
 
 # Of the points that should be in view, those that must agree: usually some 60 % do.
 _AGREEING_SHARE = 0.4
-_DOUBTED_SHARE = 0.5  # after a picture of which less agreed
+_DOUBTED_SHARE = 0.6  # after a picture of which less agreed
 _AS_STILL = 0.9  # of those that any motion explains, the share that rest must explain
 _CUT = 0.05  # px; a point is by definition where its patch was cut, but for the patch's own noise
 
