@@ -15,10 +15,22 @@ import numpy as np
 from grouser.checks import require_not_negative, require_positive
 from grouser.estimators.base import Observation, stamp_of
 from grouser.geometry import Array
+from grouser.kernels import kernel
 from grouser.rig import Imu
 
 GRAVITY = 9.81
 """m/s^2"""
+
+
+_ROUNDING = 1e-6
+"""s: stamps closer than this are the same time"""
+_FLAT = 1e-2
+_SCALE = 0.01
+"""Of a turn, that the gyroscope may be off beside its noise"""
+_USUAL = 4.0
+"""Squared residual over its covariance, of two degrees of freedom, that is no shock"""
+_UNSEEN = 0.5
+"""rad/s, that a robot may tilt while its unit is dead"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,68 +104,84 @@ class Inclination:
         if not imu.any() or not np.isfinite(imu).all():  # a dead one, for gravity is always there
             self._P[:2, :2] += np.eye(2) * (_UNSEEN * duration) ** 2
             return
-        self._turn(imu[3:], duration)
-        self._feel(imu[:3], self._acceleration(increment, imu[5], duration))
+        ahead, across = self._acceleration(increment, float(imu[5]), duration)
+        options, sigma = self._options, self._imu
+        _turn(self._mean, self._P, imu, duration, sigma.sigma_rate, options.bias_walk)
+        _feel(
+            self._mean,
+            self._P,
+            (float(imu[0]) - ahead) / GRAVITY,
+            (float(imu[1]) - across) / GRAVITY,
+            math.sqrt(float(imu[0] ** 2 + imu[1] ** 2 + imu[2] ** 2)) / GRAVITY - 1,
+            (sigma.sigma_acceleration**2 + options.acceleration**2) / GRAVITY**2,
+        )
 
     def _vertical(self) -> Array:
         x, y = self._mean[:2].tolist()
         return np.array([x, y, math.sqrt(max(1 - x * x - y * y, _FLAT))])
 
-    def _turn(self, rate: Array, dt: float) -> None:
-        """By the mean rate (3,) [rad/s] of the time dt [s]."""
-        options = self._options
-        x, y, z = self._vertical().tolist()
-        wx, wy = rate[0] - self._mean[2], rate[1] - self._mean[3]
-        c, s = math.cos(rate[2] * dt), math.sin(rate[2] * dt)
-        x, y = x - wy * z * dt, y + wx * z * dt
-        self._mean[:2] = c * x + s * y, c * y - s * x
-        F = np.eye(4)
-        F[:2, :2] = [[c, s], [-s, c]]
-        F[:2, 2:] = np.array([[-s, c], [-c, -s]]) * dt
-        self._P = F @ self._P @ F.T
-        white = (self._imu.sigma_rate * dt) ** 2 + (_SCALE * float(np.hypot(wx, wy)) * dt) ** 2
-        walk = options.bias_walk**2 * dt
-        self._P[range(4), range(4)] += [white, white, walk, walk]
-
-    def _feel(self, force: Array, acceleration: Array) -> None:
-        """Correct by a specific force (3,), of which the robot accelerates by (2,) [m/s^2]."""
-        residual = (force[:2] - acceleration) / GRAVITY - self._mean[:2]
-        variance = (self._imu.sigma_acceleration**2 + self._options.acceleration**2) / GRAVITY**2
-        shock = (float(np.linalg.norm(force)) - GRAVITY) / GRAVITY
-        # A bump shakes all axes: how far the force is off gravity says how little to believe it.
-        variance += shock * shock
-        S = self._P[:2, :2] + variance * np.eye(2)
-        off = float(residual @ np.linalg.solve(S, residual))
-        if off > _USUAL:
-            S = S + variance * (off / _USUAL - 1) * np.eye(2)
-        K = np.linalg.solve(S, self._P[:2]).T
-        self._mean = self._mean + K @ residual
-        self._P = self._P - K @ S @ K.T
-        self._P = (self._P + self._P.T) / 2
-
-    def _acceleration(self, increment: Array | None, turn_rate: float, dt: float) -> Array:
-        """(2,) of the robot, by its speed and by how it turns."""
+    def _acceleration(
+        self, increment: Array | None, turn_rate: float, dt: float
+    ) -> tuple[float, float]:
+        """Of the robot, ahead and across, m/s^2: by its speed and by how it turns."""
         before = self._speed
         self._speed = before if increment is None else float(increment[0]) / dt
-        return np.array([(self._speed - before) / dt, self._speed * turn_rate])
+        return (self._speed - before) / dt, self._speed * turn_rate
+
+
+@kernel
+def _turn(
+    mean: Array, P: Array, imu: Array, dt: float, sigma_rate: float, bias_walk: float
+) -> None:
+    """By the mean rate of the time dt [s], in place."""
+    x, y = mean[0], mean[1]
+    z = math.sqrt(max(1 - x * x - y * y, _FLAT))
+    wx, wy = imu[3] - mean[2], imu[4] - mean[3]
+    c, s = math.cos(imu[5] * dt), math.sin(imu[5] * dt)
+    x, y = x - wy * z * dt, y + wx * z * dt
+    mean[0], mean[1] = c * x + s * y, c * y - s * x
+    F = np.eye(4)
+    F[0, 0], F[0, 1], F[1, 0], F[1, 1] = c, s, -s, c
+    F[0, 2], F[0, 3], F[1, 2], F[1, 3] = -s * dt, c * dt, -c * dt, -s * dt
+    moved = F @ P @ F.T
+    white = (sigma_rate * dt) ** 2 + (_SCALE * dt) ** 2 * (wx * wx + wy * wy)
+    for i in range(4):
+        for j in range(4):
+            P[i, j] = moved[i, j]
+        P[i, i] += white if i < 2 else bias_walk * bias_walk * dt
+
+
+@kernel
+def _feel(mean: Array, P: Array, x: float, y: float, shock: float, variance: float) -> None:
+    """Correct by the vertical (x, y) that the force tells, in place.
+
+    Args:
+        shock: how far the force is off gravity, as a share of it: a bump shakes all axes, so that
+            this says how little to believe it.
+    """
+    e0, e1 = x - mean[0], y - mean[1]
+    variance += shock * shock
+    a, b, d = P[0, 0] + variance, P[0, 1], P[1, 1] + variance
+    off = (d * e0 * e0 - 2 * b * e0 * e1 + a * e1 * e1) / (a * d - b * b)
+    if off > _USUAL:
+        more = variance * (off / _USUAL - 1)
+        a, d = a + more, d + more
+    determinant = a * d - b * b
+    K = np.empty((4, 2))
+    for i in range(4):
+        K[i, 0] = (d * P[i, 0] - b * P[i, 1]) / determinant
+        K[i, 1] = (a * P[i, 1] - b * P[i, 0]) / determinant
+    old = P.copy()
+    for i in range(4):
+        mean[i] += K[i, 0] * e0 + K[i, 1] * e1
+        for j in range(4):
+            P[i, j] = old[i, j] - K[i, 0] * old[0, j] - K[i, 1] * old[1, j]
 
 
 def levelling(vertical: Array) -> Array:
     """(3, 3) R whose rows are, in a frame that sees the vertical as (3,), the axes of the level one
     that heads the same way."""
-    ahead = np.array([1.0, 0.0, 0.0]) - vertical[0] * vertical
-    ahead /= np.linalg.norm(ahead)
-    x, y, z = ahead.tolist()
     u, v, w = vertical.tolist()
+    reach = math.sqrt(1 - u * u)
+    x, y, z = reach, -u * v / reach, -u * w / reach
     return np.array([[x, y, z], [v * z - w * y, w * x - u * z, u * y - v * x], [u, v, w]])
-
-
-_ROUNDING = 1e-6
-"""s: stamps closer than this are the same time"""
-_FLAT = 1e-2
-_SCALE = 0.01
-"""Of a turn, that the gyroscope may be off beside its noise"""
-_USUAL = 4.0
-"""Squared residual over its covariance, of two degrees of freedom, that is no shock"""
-_UNSEEN = 0.5
-"""rad/s, that a robot may tilt while its unit is dead"""

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from grouser.geometry import Array, exp, log, rotate
+from grouser.kernels import kernel
 from grouser.rig import Lidar
 
 _ROUNDING = 1e-6  # of the least and the longest range: readings are float32
@@ -96,19 +97,15 @@ class ScanReader:
         return scan if motion is None else self._straightened(scan, motion)
 
     def _levelled(self, ranges: Array, R: Array) -> Scan:
-        """Seen from above; without the floor."""
-        mount, origin = R @ self._lidar.T_base_lidar[:3, :2], R @ self._lidar.T_base_lidar[:3, 3]
-        beams = self._cosines @ mount.T
-        hit, above = np.isfinite(ranges), float(self._lidar.T_base_lidar[2, 3])
-        if above > 0:  # elsewhere nobody said how high the lidar is
-            height = origin[2] + np.where(hit, ranges, 0.0) * beams[:, 2]
-            ranges = np.where(hit & (height < min(_CLEARANCE, above / 4)), np.nan, ranges)
-        return Scan(
-            ranges,
-            np.tile(origin[:2], (self._lidar.n_beams, 1)),
-            beams[:, :2],
-            self._turning @ mount[:2].T,
-        )
+        """Seen from above; without the floor, in place."""
+        T = self._lidar.T_base_lidar
+        # Elsewhere nobody said how high the lidar is.
+        lowest = min(_CLEARANCE, T[2, 3] / 4) if T[2, 3] > 0 else -np.inf
+        origin = R @ T[:3, 3]
+        directions, turns = np.empty_like(self._directions), np.empty_like(self._turns)
+        beams = self._cosines, self._turning, R @ T[:3, :2]
+        _level(ranges, *beams, float(origin[2]), lowest, directions, turns)
+        return Scan(ranges, np.tile(origin[:2], (len(ranges), 1)), directions, turns)
 
     def _straightened(self, scan: Scan, motion: Array) -> Scan:
         """Each beam from where the robot was when it sent it, in the frame of the last beam."""
@@ -143,3 +140,31 @@ class Sweep:
         if self._duration == 0 or increment is None or before is None or stamp <= before:
             return None
         return exp(self._duration / (stamp - before) * log(increment))
+
+
+@kernel
+def _level(
+    ranges: Array,
+    cosines: Array,
+    turning: Array,
+    mount: Array,
+    height: float,
+    lowest: float,
+    directions: Array,
+    turns: Array,
+) -> None:
+    """Write what a metre of each beam is on the plane, and its derivative by the bearing; what it
+    met below the lowest height of a wall is not known any more.
+
+    Args:
+        cosines, turning: (n, 2) the beams in the lidar's plane, and their derivatives.
+        mount: (3, 2) the axes of that plane.
+        height: of the lidar, m.
+    """
+    for i in range(len(ranges)):
+        for k in range(2):
+            directions[i, k] = mount[k, 0] * cosines[i, 0] + mount[k, 1] * cosines[i, 1]
+            turns[i, k] = mount[k, 0] * turning[i, 0] + mount[k, 1] * turning[i, 1]
+        rise = mount[2, 0] * cosines[i, 0] + mount[2, 1] * cosines[i, 1]
+        if np.isfinite(ranges[i]) and height + ranges[i] * rise < lowest:
+            ranges[i] = np.nan
