@@ -34,7 +34,7 @@ class Compare:
 
     grouser compare --log path/to/kitti/sequence --camera-z 1.65 --no-plots
 
-    grouser compare --log path/to/intel.log --odometry-noise 0.02 --seeds 3
+    grouser compare --log path/to/intel.log --odometry-noise 0.02 --seeds 3 --reference-sigma .04 .4
 
     grouser compare --seeds 10 --output results/ten --resume
     """
@@ -49,6 +49,9 @@ class Compare:
     odometry_noise: Annotated[float | None, _arg("SHARE")] = None
     """Recording: white noise on its odometry or tracks, one sigma as a share of the way and of the
     turn, such as 0.02; with it, each seed is another run."""
+    reference_sigma: Annotated[tuple[float, float] | None, _arg("M DEG")] = None
+    """Recording: how well its reference poses are known, one sigma of a coordinate and of the
+    heading, such as 0.04 0.4; the NEES then allows for their noise."""
     estimators: Annotated[tuple[str, ...], _arg("NAME ...")] = ()
     """Estimators to compare; by default ground-truth, dead-reckoning, one-point-ransac and
     five-point-ransac, as far as the source can feed them; without images ground-truth,

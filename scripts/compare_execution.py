@@ -17,6 +17,7 @@ from grouser.estimators.evaluation.comparison import (
 )
 from grouser.estimators.evaluation.results import ResultsFolder
 from grouser.estimators.evaluation.summary import summarise
+from grouser.geometry import Array
 from grouser.rig import Rig
 from grouser.scripts.compare_source import Env
 from grouser.scripts.compare_tour import tour, waypoint_driver
@@ -39,6 +40,8 @@ class Plan:
     seeds: int
     steps: int
     folder: ResultsFolder
+    reference_sigmas: Array | None = None
+    """(3,) of true poses that are but a reference: see `summarise`."""
     scout: Env | None = None
     """The same world without sensors, for drivers of PLANNED; None for the others."""
 
@@ -92,7 +95,8 @@ def _open_loop(
         on_step=on_step,
     )
     for run in runs:
-        plan.folder.add(run, summarise(run, plan.source))
+        told = summarise(run, plan.source, reference_sigmas=plan.reference_sigmas)
+        plan.folder.add(run, told)
 
 
 def _closed_loop(

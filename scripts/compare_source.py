@@ -6,10 +6,12 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import gymnasium as gym
+import numpy as np
 
 import grouser  # noqa: F401  (registers the environments)
 from grouser.envs.replay import ReplayEnv
 from grouser.estimators.base import TRUTH_KEYS
+from grouser.geometry import Array
 
 Env = gym.Env[Any, Any]
 
@@ -32,6 +34,10 @@ class Source(Protocol):
     def drivable(self) -> bool:
         """Whether actions have an effect."""
 
+    @property
+    def reference_sigmas(self) -> Array | None:
+        """(3,) of x, y [m] and heading [rad] of what passes for the truth; None where it is."""
+
     def gives(self) -> frozenset[str]:
         """Every key that an estimator could be given, the truth among them where it is known."""
 
@@ -49,6 +55,7 @@ class World:
     name: str
     options: Mapping[str, Any] = field(default_factory=dict)
     drivable: bool = True
+    reference_sigmas: None = None
 
     @property
     def label(self) -> str:
@@ -80,6 +87,8 @@ class Log:
     path: Path
     rig: dict[str, Any]
     odometry_noise: float = 0.0
+    reference_sigma: tuple[float, float] | None = None
+    """Of a coordinate [m] and of the heading [degrees] of its reference poses."""
     drivable: bool = False
 
     @property
@@ -88,8 +97,19 @@ class Log:
 
     @property
     def settings(self) -> dict[str, Any]:
-        noise = {"odometry_noise": self.odometry_noise} if self.odometry_noise else {}
+        noise: dict[str, Any] = {}
+        if self.odometry_noise:
+            noise["odometry_noise"] = self.odometry_noise
+        if self.reference_sigma is not None:
+            noise["reference_sigma"] = list(self.reference_sigma)
         return {"log": str(self.path.resolve()), "rig": self.rig, **noise}
+
+    @property
+    def reference_sigmas(self) -> Array | None:
+        if self.reference_sigma is None:
+            return None
+        position, heading = self.reference_sigma
+        return np.array([position, position, np.radians(heading)])
 
     def gives(self) -> frozenset[str]:
         replay = self._open()

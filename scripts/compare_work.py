@@ -60,7 +60,17 @@ def prepare(options: Compare) -> Plan:
     folder = ResultsFolder(_output(options, source), settings, resume=options.resume)
     env = source.make(sensors_for(names, gives))
     scout = source.make(()) if driver in PLANNED else None
-    plan = Plan(env, source.label, names, driver, options.seeds, steps, folder, scout)
+    plan = Plan(
+        env,
+        source.label,
+        names,
+        driver,
+        options.seeds,
+        steps,
+        folder,
+        reference_sigmas=source.reference_sigmas,
+        scout=scout,
+    )
     for name in names:
         registry.make(name, plan.rig)
     return plan
@@ -71,6 +81,9 @@ def _check_numbers(options: Compare) -> None:
         raise UsageError(f"--seeds must be at least 1, got {options.seeds}")
     if options.steps is not None and options.steps < 1:
         raise UsageError(f"--steps must be at least 1, got {options.steps}")
+    if options.reference_sigma is not None and not min(options.reference_sigma) > 0:
+        given = " ".join(f"{sigma:g}" for sigma in options.reference_sigma)
+        raise UsageError(f"--reference-sigma must be two positive numbers, m and deg, got {given}")
     if options.resume and options.output is None:
         raise UsageError("--resume needs --output: the folder of the results to complete")
 
@@ -84,7 +97,12 @@ def _source(options: Compare) -> Source:
             raise UsageError(
                 f"--{next(iter(world))} describes a simulated world and excludes --log"
             )
-        return Log(options.log, rig, options.odometry_noise or 0.0)
+        return Log(options.log, rig, options.odometry_noise or 0.0, options.reference_sigma)
+    if options.reference_sigma is not None:
+        raise UsageError(
+            "--reference-sigma is for the reference poses of a recording and needs --log; a world "
+            "knows the truth"
+        )
     if options.odometry_noise is not None:
         raise UsageError(
             "--odometry-noise is for the odometry of a recording and needs --log; in a world, give "

@@ -27,6 +27,7 @@ class Plane:
     lidar: bool = False
     """Whether it looks with a lidar instead of the line sensor."""
     drivable: bool = True
+    reference_sigmas: None = None
 
     @property
     def label(self) -> str:

@@ -25,6 +25,23 @@ def nees(truth: Array, estimate: Array, covariances: Array) -> Array:
     return values
 
 
+def with_reference_noise(truth: Array, covariances: Array, sigmas: Array) -> Array:
+    """Covariances (N, 3, 3) of how far estimates are off reference poses (N, 3) that are noisy too,
+    with independent errors of x, y [m] and heading [rad] in each of them: that of the first one
+    turns and shifts them all, for estimates are in its frame.
+
+    Args:
+        covariances: (N, 3, 3) of the estimates alone.
+        sigmas: (3,) of a reference pose.
+    """
+    R = np.diag(np.square(sigmas))
+    by_first = np.tile(np.eye(3), (len(truth), 1, 1))
+    by_first[:, 0, 2], by_first[:, 1, 2] = -truth[:, 1], truth[:, 0]
+    total = covariances + R + by_first @ R @ by_first.transpose(0, 2, 1)
+    total[0] = covariances[0]  # where both start by definition
+    return np.asarray(total)
+
+
 def mean_bounds(n: int, *, dof: int = 3, confidence: float = 0.95) -> tuple[float, float]:
     """Interval that holds the mean of n independent NEES of an honest estimator.
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from grouser.estimators.base import Status
 from grouser.estimators.evaluation.comparison import Run
-from grouser.estimators.evaluation.consistency import nees
+from grouser.estimators.evaluation.consistency import nees, with_reference_noise
 from grouser.estimators.evaluation.metrics import Drift, ate_se2, distances, drift, rpe
 from grouser.geometry import Array, lift, wrap
 
@@ -16,21 +16,26 @@ WARM_UP_UPDATES = 5
 Summary = dict[str, Any]
 
 
-def summarise(run: Run, source: str) -> Summary:
+def summarise(run: Run, source: str, *, reference_sigmas: Array | None = None) -> Summary:
     """The object of one run in results.json.
 
     `ate_m`, `final_error_m`, `drift_percent`, `drift_deg_per_m`, `rpe_m` and `rpe_deg` are on the
     plane for every estimator; `ate_m` is aligned as `ate_alignment` says, the others are in the
     frame of the start; `smoothed_ate_m` is that of the way as the estimator knew it in the end.
+    `final_sigma_m` is what the estimator believes its final error to be, one sigma of the distance.
     Fractions are of the updates, times are those of `update` alone without the first
     WARM_UP_UPDATES.
+
+    Args:
+        reference_sigmas: (3,) of x, y [m] and heading [rad] of each true pose, where it is but a
+            reference that is noisy, too: `nees_mean` and `final_sigma_m` allow for it.
     """
     return {
         "estimator": run.estimator,
         "source": source,
         "seed": run.seed,
         "steps": len(run.estimates) - 1,
-        **_accuracy(run),
+        **_accuracy(run, reference_sigmas),
         **_statuses(run),
         **_times(run.update_ms[WARM_UP_UPDATES:]),
     }
@@ -58,6 +63,7 @@ _ACCURACY = (
     "smoothed_ate_m",
     "ate_alignment",
     "final_error_m",
+    "final_sigma_m",
     "final_heading_error_deg",
     "drift_percent",
     "drift_deg_per_m",
@@ -69,19 +75,23 @@ _ACCURACY = (
 )
 
 
-def _accuracy(run: Run) -> Summary:
+def _accuracy(run: Run, reference_sigmas: Array | None) -> Summary:
     if run.true_poses is None:
         return dict.fromkeys(_ACCURACY)
     truth, estimate = run.true_poses, planar(run)
     T_truth, T_estimate = lift(truth), lift(estimate)
     segments, segments_3d = drift(T_truth, T_estimate), _drift_3d(run)
     translation, angle_deg = _rpe(T_truth, T_estimate)
+    P = covariances(run)
+    if reference_sigmas is not None:
+        P = with_reference_noise(truth, P, reference_sigmas)
     values = (
         float(distances(T_truth)[-1]),
         ate_se2(truth, estimate),
         None if run.smoothed is None else ate_se2(truth, run.smoothed),
         "SE(2)",
         float(np.linalg.norm(estimate[-1, :2] - truth[-1, :2])),
+        float(np.sqrt(np.trace(P[-1, :2, :2]))),
         float(np.degrees(np.abs(wrap(estimate[-1, 2] - truth[-1, 2])))),
         segments.translation_percent if segments else None,
         segments.rotation_deg_per_m if segments else None,
@@ -89,7 +99,7 @@ def _accuracy(run: Run) -> Summary:
         segments_3d.rotation_deg_per_m if segments_3d else None,
         translation,
         angle_deg,
-        _mean_nees(truth, estimate, covariances(run)),
+        _mean_nees(truth, estimate, P),
     )
     return dict(zip(_ACCURACY, values, strict=True))
 

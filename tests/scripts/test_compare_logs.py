@@ -28,6 +28,18 @@ def test_a_log_is_compared_on_and_its_noise_makes_runs_of_it(tmp_path: Path) -> 
     assert json.loads((out / "settings.json").read_text())["odometry_noise"] == 0.1
 
 
+def test_reference_poses_may_be_noisy(tmp_path: Path) -> None:
+    log, runs = write_carmen(tmp_path), []
+    for sigma in ([], ["--reference-sigma", "0.2", "2"]):
+        out = tmp_path / f"a{len(sigma)}"
+        told = ["--estimators", "ekf-line-slam", "--no-plots", "--output", str(out), *sigma]
+        assert main(["compare", "--log", str(log), *told]) == 0
+        runs += results(out)
+    assert runs[1]["nees_mean"] < runs[0]["nees_mean"]
+    assert runs[1]["final_sigma_m"] > 0.28 > runs[0]["final_sigma_m"]
+    assert runs[1]["final_error_m"] == runs[0]["final_error_m"]
+
+
 def test_ticks_are_compared_on_without_truth(tmp_path: Path) -> None:
     log, out = write_ticks(tmp_path), tmp_path / "a"
     names = ["--estimators", "dead-reckoning", "--no-plots", "--output", str(out)]
@@ -52,6 +64,14 @@ def test_a_log_is_mapped(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
         (["compare", "--odometry-noise", "0.1"], "--odometry-noise is for the odometry of a recor"),
         (["map", "--odometry-noise", "0.1"], "--odometry-noise is for the odometry of a recordin"),
         (["compare", "--log", "LOG", "--odometry-noise", "-1"], "must be a share of zero or more"),
+        (
+            ["compare", "--reference-sigma", "1", "1"],
+            "--reference-sigma is for the reference poses",
+        ),
+        (
+            ["compare", "--log", "LOG", "--reference-sigma", "0.1", "0"],
+            "--reference-sigma must be two positive numbers, m and deg, got 0.1 0",
+        ),
         (["compare", "--log", "BAD"], "bad.log:4: 'ODO' is no message of a CARMEN log; did you"),
         (["map", "--log", "BAD"], "bad.log:4: 'ODO' is no message of a CARMEN log; did you mean"),
         (

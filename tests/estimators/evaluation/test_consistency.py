@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 
-from grouser.estimators.evaluation.consistency import mean_bounds, nees
-from grouser.geometry import Array, wrap
+from grouser.estimators.evaluation.consistency import (
+    mean_bounds,
+    nees,
+    with_reference_noise,
+)
+from grouser.geometry import Array, between, compose, wrap
 
 N = 4000
 
@@ -71,3 +75,23 @@ def test_the_bounds_are_those_of_the_textbook() -> None:
 def test_impossible_bounds_are_refused(n: int, confidence: float) -> None:
     with pytest.raises(ValueError, match=r"n >= 1 runs and a confidence between 0 and 1; got"):
         mean_bounds(n, confidence=confidence)
+
+
+def test_a_reference_that_is_noisy_is_allowed_for() -> None:
+    """Honest estimates beside reference poses with errors of their own, the first one's too."""
+    rng = np.random.default_rng(3)
+    sigmas, values = np.array([0.04, 0.04, 0.007]), []
+    P = np.tile(np.diag([0.02, 0.03, 0.004]) ** 2, (60, 1, 1))
+    P[0] = 0
+    for _ in range(60):
+        truth = rng.uniform(-8, 8, (60, 3))
+        truth[0] = 0
+        estimate = truth + rng.normal(size=(60, 3)) * [0.02, 0.03, 0.004]
+        estimate[0] = 0
+        noisy = compose(truth, rng.normal(size=(60, 3)) * sigmas)
+        reference = between(noisy[0], noisy)
+        allowed = with_reference_noise(reference, P, sigmas)
+        values.append((nees(reference, estimate, allowed), nees(reference, estimate, P)))
+    assert np.nanmean([v for v, _ in values]) == pytest.approx(3, abs=0.3)
+    assert np.nanmean([v for _, v in values]) > 10
+    assert np.isnan(values[0][0][0]), "at the start both are zero"

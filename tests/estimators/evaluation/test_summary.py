@@ -29,6 +29,7 @@ KEYS = [
     "smoothed_ate_m",
     "ate_alignment",
     "final_error_m",
+    "final_sigma_m",
     "final_heading_error_deg",
     "drift_percent",
     "drift_deg_per_m",
