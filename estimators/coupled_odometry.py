@@ -1,7 +1,8 @@
 """Whatever predicts, corrected by another estimator's motion, a gyroscope and satellite fixes."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+import copy
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,11 +12,11 @@ from grouser.estimators.gyro import Gyro
 from grouser.estimators.joint_filter import POSITION_GATE, Heard, JointFilter, JointFused
 from grouser.estimators.pose_source import PoseSource
 from grouser.estimators.position_fixes import PositionFixes
-from grouser.estimators.visual.fusion import RelativePose
+from grouser.estimators.visual.fusion import RelativePose, nothing_yet
 from grouser.estimators.visual.prediction import Increment, MotionPredictor
 from grouser.estimators.visual.sight import Expectation
 from grouser.estimators.visual.stillness import contradicted, doubt
-from grouser.geometry import Array, between
+from grouser.geometry import Array, between, exp, log
 from grouser.rig import Rig
 
 
@@ -40,7 +41,7 @@ class CoupledOdometry:
     """Predict, hear gyroscope and receiver, and look where the source says that the robot is.
 
     TRACKING where the source tracks or a fix is young, else COASTING, and LOST where that
-    lasts and nothing measures the increments.
+    lasts and nothing measures the increments. All that it is shown belongs to now.
     """
 
     def __init__(
@@ -75,10 +76,12 @@ class CoupledOdometry:
         self._fixed_at, self._supported_at = -np.inf, float(observation["stamp"][0])
         if self._source:
             self._source.reset(observation, rng=rng)
-        self._sourced, self._pose = self._source is not None, np.zeros(3)
+        self._sourced = self._source is not None
+        self._way = nothing_yet(self._predictor.errors)
         self._seen, self._stood = Expectation(np.zeros(3), np.zeros((3, 3))), 0
         status = Status.TRACKING if self._sourced else Status.COASTING
-        return self._estimate(observation, self._filter.coast(), Heard(), status)
+        self._fused = self._filter.coast()
+        return self._estimate(observation, self._fused, Heard(), status)
 
     def update(self, observation: Observation) -> PoseEstimate:
         """Take the next observation.
@@ -89,30 +92,71 @@ class CoupledOdometry:
         """
         if self._filter is None:
             raise RuntimeError("call reset() with the first observation before update()")
-        biases, _ = self._filter.of_predictor()
+        heard = self._go_on(self._filter, observation)
+        before = self._fused.state.pose
+        self._fused, self._sourced = self._look(self._filter, observation, heard)
+        if self._sourced:
+            moved = between(before, self._fused.state.pose)
+            self._predictor.learn(exp(log(moved) / self._way.frames))
+        self._way = nothing_yet(self._predictor.errors)
+        status = self._status(float(observation["stamp"][0]), heard)
+        return self._estimate(observation, self._fused, heard, status)
+
+    @property
+    def eyes(self) -> tuple[str, ...]:
+        """The images that the source sees."""
+        return self._source.eyes if self._source else ()
+
+    def pass_by(self, observation: Observation) -> Heard:
+        """Take an observation that the source is not shown, because it waits for a later one.
+
+        Raises:
+            RuntimeError: `reset` was not called yet.
+            ValueError: the predictor refuses what it is shown.
+        """
+        if self._filter is None:
+            raise RuntimeError("call reset() with the first observation before pass_by()")
+        return self._go_on(self._filter, observation)
+
+    def led_on(self, observations: Iterable[Observation]) -> PoseEstimate:
+        """The estimate after at least one more observation of which the source sees nothing yet.
+
+        Nothing is kept of them.
+        """
+        ahead = copy.copy(self)
+        ahead._filter, ahead._predictor = copy.deepcopy((self._filter, self._predictor))
+        assert ahead._filter is not None
+        ahead._filter.state = self._fused.state
+        for observation in observations:
+            heard = ahead.pass_by(observation)
+            status = ahead._status(float(observation["stamp"][0]), heard)
+        return ahead._estimate(observation, ahead._filter.coast(), heard, status)
+
+    def _go_on(self, joint: JointFilter, observation: Observation) -> Heard:
+        """By what is predicted and heard."""
+        biases, _ = joint.of_predictor()
         increment = self._predictor.predict(observation, biases)
         self._measured = self._predictor.measures and increment.measured
-        self._filter.predict(increment)
-        heard = self._filter.hear(observation, blind=not self._sourced)
-        fused, self._sourced = self._look(self._filter, observation, increment)
-        if self._sourced:
-            self._predictor.learn(between(self._pose, fused.state.pose))
-        self._pose = fused.state.pose.copy()
-        status = self._status(float(observation["stamp"][0]), heard)
-        return self._estimate(observation, fused, heard, status)
+        self._way = self._way.then(increment)
+        joint.predict(increment)
+        return joint.hear(observation, blind=not self._sourced)
 
     def _look(
-        self, joint: JointFilter, observation: Observation, increment: Increment
+        self, joint: JointFilter, observation: Observation, heard: Heard
     ) -> tuple[JointFused, bool]:
         """The estimate with the source's motion, and whether there was one."""
         if self._source is None or not self._source.update(observation):
             return self._without_source(joint), False
         pose, covariance = self._source.relative()
+        way = self._way
+        increment = Increment(
+            way.pose, way.covariance, way.by_biases, self._predictor.measures and way.measured
+        )
         if self._stands(pose, covariance, increment):
             joint.predict(doubt(increment, self._stood))
             return joint.coast(), False
         seen = RelativePose(pose, covariance, by_disparity=np.zeros(3))
-        if joint.disbelieves(seen):
+        if joint.disbelieves(seen, alone=heard.slipped or not self._measured):
             self._source.anchor()
             return self._without_source(joint), False
         fused = joint.fuse(seen)
@@ -133,9 +177,8 @@ class CoupledOdometry:
     def _stands(self, pose: Array, covariance: Array, increment: Increment) -> bool:
         """Whether the source saw no motion since the last frame where the tracks measured one."""
         before, self._seen = self._seen, Expectation(pose, covariance)
-        measured = replace(increment, measured=self._measured)
         step, noise = between(before.pose, pose), before.covariance + covariance
-        stands = contradicted(step, noise, measured)
+        stands = contradicted(step, noise, increment)
         self._stood = self._stood + 1 if stands else 0
         return stands
 

@@ -10,6 +10,7 @@ from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator
 from grouser.estimators.coupled_odometry import CoupledOdometry, CouplingOptions
 from grouser.estimators.gyro import GyroOptions, make_gyro
 from grouser.estimators.icr_predictor import IcrOptions, IcrPredictor
+from grouser.estimators.late_fusion import LateFusion
 from grouser.estimators.pose_source import PoseSource
 from grouser.estimators.visual.prediction import MotionPredictor
 from grouser.rig import Rig, TrackGeometry
@@ -70,7 +71,7 @@ class IcrEkf(PoseEstimator):
         coupling = CouplingOptions(
             anchor_distance=anchor_distance, anchor_turn=anchor_turn, fix_lasts=fix_lasts
         )
-        self._engine = CoupledOdometry(
+        fusion = CoupledOdometry(
             rig,
             make_predictor=partial(_make_predictor, tracks=rig.tracks, options=icr or IcrOptions()),
             make_gyro=partial(make_gyro, imu=rig.imu if use_imu else None, dt=rig.dt, options=gyro),
@@ -78,6 +79,7 @@ class IcrEkf(PoseEstimator):
             use_gps=use_gps,
             options=coupling,
         )
+        self._engine = LateFusion(fusion)
 
     def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
         """Start at pose zero, known exactly, the centres as the rig's effective width says.

@@ -125,13 +125,18 @@ class JointFilter:
         fix_nis = self._hear_fix(self._fixes, observation, blind) if self._fixes else np.nan
         return Heard(turn_nis, fix_nis)
 
-    def disbelieves(self, seen: RelativePose) -> bool:
+    def disbelieves(self, seen: RelativePose, *, alone: bool) -> bool:
         """Whether vision turned as the gyroscope did not. Then it matched what does not belong
-        together; but the third in a row is believed, as gyroscopes may fail, too."""
+        together; but the third in a row is believed, as gyroscopes may fail, too.
+
+        Args:
+            alone: nothing that measures turned as the gyroscope did. Against two, vision is never
+                believed.
+        """
         turn = self._sees(seen).row(2)
         against = self._turned and self.state.nis(turn) > _IMPOSSIBLE
         self._disbelieved = self._disbelieved + 1 if against else 0
-        return against and self._disbelieved < _BELIEVED_AT_LAST
+        return against and (not alone or self._disbelieved < _BELIEVED_AT_LAST)
 
     def fuse(self, seen: RelativePose) -> JointFused:
         """With the pose as seen from the keyframe; beyond the gate the prediction slipped."""

@@ -35,6 +35,8 @@ class PoseSource:
                 "the robot goes without its tracks, as 'one-point-ransac' does"
             )
         self._estimator = make(name, rig.with_overrides({"tracks": None}), **options)
+        self.eyes = tuple(sorted(kind.requires & {"left", "right"}))
+        """The images that it sees."""
 
     def reset(self, observation: Observation, *, rng: np.random.Generator) -> None:
         """Start anew, with the first observation as anchor.
@@ -44,11 +46,16 @@ class PoseSource:
         """
         check_observation_keys(self._estimator, observation)
         self._anchor = self._now = self._estimator.reset(self._seen(observation), rng=rng)
+        self._missed = False
 
     def update(self, observation: Observation) -> bool:
         """Take the next observation; whether the motion since the anchor is known."""
+        if any(eye not in observation for eye in self.eyes):
+            self._missed = True
+            return False
         self._now = self._estimator.update(self._seen(observation))
-        known = self._anchor.status is self._now.status is Status.TRACKING
+        known = self._anchor.status is self._now.status is Status.TRACKING and not self._missed
+        self._missed = False
         if not known:
             self._anchor = self._now  # nothing is known of the motion across a gap
         return known

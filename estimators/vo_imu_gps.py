@@ -11,6 +11,7 @@ from grouser.estimators.coupled_odometry import CoupledOdometry, CouplingOptions
 from grouser.estimators.cruise_predictor import CruisePredictor
 from grouser.estimators.gyro import GyroOptions, make_gyro
 from grouser.estimators.icr_predictor import IcrOptions, IcrPredictor
+from grouser.estimators.late_fusion import LateFusion
 from grouser.estimators.pose_source import PoseSource
 from grouser.estimators.stall import StallingPredictor
 from grouser.estimators.visual.prediction import MotionPredictor
@@ -30,6 +31,9 @@ class VoImuGps(PoseEstimator):
     0.01 rad of it are 0.1 m/s^2, after 2 s more than what any track slips. It is heard where the
     robot loses its speed at once and its tracks do not (`stalled` in the diagnostics): it was
     stopped by a wall, and stands until vision sees it move, or its tracks slow down.
+
+    Images may come late, seldom, or one eye before the other: where an observation says so
+    (`left_stamp` ...), all else waits for them, and from the last pair it leads on to now.
 
     A fix is used once, when it is new; one that comes late is carried on by the motion since. One
     beyond the gate is rejected, and `fix_rejected` says so.
@@ -81,7 +85,7 @@ class VoImuGps(PoseEstimator):
                 "'one-point-ransac'"
             )
         tracks = rig.tracks if use_tracks else None
-        self._engine = CoupledOdometry(
+        fusion = CoupledOdometry(
             rig,
             make_predictor=partial(
                 _make_predictor,
@@ -100,6 +104,7 @@ class VoImuGps(PoseEstimator):
                 lost_after=lost_after,
             ),
         )
+        self._engine = LateFusion(fusion)
 
     def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
         """Start at pose zero, known exactly."""

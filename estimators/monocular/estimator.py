@@ -1,27 +1,27 @@
 """`one-point-ekf` and `two-point-ekf`: monocular SLAM as a pose estimator, with its options."""
 
-import time
+from functools import partial
 from numbers import Integral
 from typing import ClassVar
 
 import numpy as np
 
-from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator, Status
-from grouser.estimators.monocular.landmarks import LandmarkMap, landmarks
+from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator
+from grouser.estimators.monocular.landmarks import LandmarkMap
 from grouser.estimators.monocular.look import FEWEST
 from grouser.estimators.monocular.management import MapOptions
-from grouser.estimators.monocular.motion_model import TrackModel
-from grouser.estimators.monocular.picture import Picture, PictureTaker
+from grouser.estimators.monocular.motion_model import CONSTANT_NAMES, TrackModel
+from grouser.estimators.monocular.odometry import MonocularOdometry
+from grouser.estimators.monocular.picture import PictureTaker
+from grouser.estimators.monocular.prediction import TrackModelPredictor
 from grouser.estimators.monocular.search import SearchOptions
 from grouser.estimators.monocular.slam import InverseDepthSlam, PatchNoise
-from grouser.estimators.monocular.state import planar_covariance
 from grouser.estimators.track_motion import TrackNoise
-from grouser.estimators.visual.descriptor import Image
-from grouser.estimators.visual.frontend import grey
+from grouser.estimators.visual.constant_errors import ConstantErrors
+from grouser.estimators.visual.late_images import LateImages
 from grouser.estimators.visual.prior import ChassisPrior
-from grouser.geometry import Array, project
 from grouser.kernels import announce
-from grouser.rig import Rig, StereoCamera
+from grouser.rig import Rig
 
 
 class MonocularEkf(PoseEstimator):
@@ -32,6 +32,9 @@ class MonocularEkf(PoseEstimator):
     between where it was and where the tracks say, until a later image tells (`stands_still` in the
     diagnostics). Increments that are not finite are no word from the tracks: the motion is then
     expected to go on as it was, and the map keeps the scale while it lasts.
+
+    Images may come late or seldom: where an observation says so (`left_stamp`), the tracks lead
+    from the last one to now.
     """
 
     requires: ClassVar[frozenset[str]] = frozenset({"left", "tracks", "stamp"})
@@ -107,34 +110,41 @@ class MonocularEkf(PoseEstimator):
                 "went, and this rig has None; give the rig its tracks, or choose a stereo estimator"
             )
         announce()
-        self._camera: StereoCamera = rig.stereo
-        self._pictures = PictureTaker(corners)
-        self._tracks = TrackModel(
+        tracks = TrackModel(
             rig.tracks,
             TrackNoise(scale=track_noise, floor=track_noise_floor),
             turn_noise,
             ChassisPrior(tilt_floor=roll_pitch_prior, side_per_chord=side_slip_prior),
             rig.stereo.mount_sigma,
         )
-        self._slam = InverseDepthSlam(
+        constant_sigmas = np.array(
+            [
+                track_scale_sigma,
+                track_scale_sigma,
+                turn_scale_sigma,
+                outward_slip_sigma,
+                turn_drag_sigma,
+            ]
+        )
+        slam = InverseDepthSlam(
             rig.stereo,
             sample=sample,
             threshold_px=threshold_px,
             map_options=MapOptions(points=points, inverse_depth_sigma=inverse_depth_sigma),
             search_options=SearchOptions(),
             noise=PatchNoise(place=place_noise_px),
-            constant_sigmas=np.array(
-                [
-                    track_scale_sigma,
-                    track_scale_sigma,
-                    turn_scale_sigma,
-                    outward_slip_sigma,
-                    turn_drag_sigma,
-                ]
-            ),
+            constant_sigmas=constant_sigmas,
             walk=_WALK,
         )
-        self._rng: np.random.Generator | None = None
+        self._odometry = MonocularOdometry(rig.stereo, PictureTaker(corners), tracks, slam)
+        errors = ConstantErrors(CONSTANT_NAMES, constant_sigmas, np.full(5, _WALK))
+        self._engine = LateImages(
+            self._odometry,
+            partial(_make_predictor, tracks=tracks, errors=errors),
+            dt=rig.dt,
+            lost_after=_STALE,
+            eyes=("left",),
+        )
 
     @property
     def map(self) -> LandmarkMap:
@@ -143,18 +153,11 @@ class MonocularEkf(PoseEstimator):
         Raises:
             RuntimeError: `reset` was not called yet.
         """
-        if self._rng is None:
-            raise RuntimeError("call reset() with the first observation before asking for the map")
-        return landmarks(self._slam.state, self._camera)
+        return self._odometry.map
 
     def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
         """Start at pose zero, known exactly, with the corners of the first image as points."""
-        self._rng = rng
-        self._pictures.reset()
-        self._before = self._image(observation)
-        self._last_motion = np.zeros(6)
-        self._slam.start(self._pictures.take(self._before))
-        return self._estimate(observation, Status.TRACKING, {})
+        return self._engine.reset(observation, rng=rng)
 
     def update(self, observation: Observation) -> PoseEstimate:
         """One image: algorithm 1 of Civera et al.
@@ -163,76 +166,17 @@ class MonocularEkf(PoseEstimator):
             RuntimeError: `reset` was not called yet.
             ValueError: an image that is not the rig's, or tracks that are not two numbers.
         """
-        if self._rng is None:
-            raise RuntimeError("call reset() with the first observation before update()")
-        started = time.perf_counter()
-        du = _increments(observation)
-        picture = self._picture(self._image(observation), du)
-        taken = time.perf_counter()
-        again = self._tracks.expect_again(self._last_motion)
-        led = np.isfinite(du).all()
-        motion = self._tracks.predict(du, self._slam.state.constants) if led else again
-        step = self._slam.step(picture, motion, again, self._rng)
-        self._last_motion = step.motion
-        told = step.diagnostics | {
-            "points": float(len(self._slam.state.points)),
-            "ms_picture": 1e3 * (taken - started),
-        }
-        return self._estimate(
-            observation, Status.TRACKING if step.tracked else Status.COASTING, told
-        )
-
-    def _picture(self, image: Image, du: Array) -> Picture | None:
-        """None where the image shows nothing, or is the one before and nobody says that the robot
-        stands: sensors are noisy, and the same bits again are a picture that got stuck."""
-        stands = bool(np.abs(du).max() <= _AT_REST)  # not if the tracks are silent
-        frozen = not stands and np.array_equal(image, self._before)
-        self._before = image
-        if frozen:
-            return None
-        picture = self._pictures.take(image)
-        return picture if len(picture.corners) >= FEWEST else None
-
-    def _image(self, observation: Observation) -> Image:
-        image = grey(observation["left"], "left")
-        # Of another size, calibration and pixels disagree, and kernels would leave the image.
-        expected = (self._camera.height, self._camera.width)
-        if image.shape != expected:
-            raise ValueError(
-                f"observation 'left' is {image.shape[1]} x {image.shape[0]} px, but rig.stereo is "
-                f"calibrated for {expected[1]} x {expected[0]}: make the environment with images "
-                "of that size, and estimate before whatever resizes them"
-            )
-        return image
-
-    def _estimate(
-        self, observation: Observation, status: Status, diagnostics: dict[str, float]
-    ) -> PoseEstimate:
-        state = self._slam.now
-        return PoseEstimate(
-            pose=project(state.T_start_base),
-            covariance=planar_covariance(state),
-            status=status,
-            stamp=float(observation["stamp"][0]),
-            pose_3d=state.T_start_base.copy(),
-            diagnostics=diagnostics,
-        )
+        return self._engine.update(observation)
 
 
 _WALK = 5e-4  # how far a constant error wanders a frame, one sigma (SPEC 1.5)
-_AT_REST = 1e-3  # m; a camera without noise may show twice the same while the robot stands
+_STALE = 1.0  # s; an older image supports nothing any more
 
 
-def _increments(observation: Observation) -> Array:
-    """(2,) left and right increment, m; NaN where the tracks do not report.
-
-    Raises:
-        ValueError: they are not two numbers.
-    """
-    du = np.array(observation["tracks"], dtype=np.float64)
-    if du.shape != (2,):
-        raise ValueError(f"observation 'tracks' must be two numbers [m], got {du}")
-    return du if np.isfinite(du).all() else np.full(2, np.nan)
+def _make_predictor(
+    observation: Observation, *, tracks: TrackModel, errors: ConstantErrors
+) -> TrackModelPredictor:
+    return TrackModelPredictor(tracks, errors)
 
 
 def _require_at_least(least: int, **counts: int) -> None:

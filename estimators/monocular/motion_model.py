@@ -23,6 +23,13 @@ from grouser.estimators.visual.prior import ChassisPrior
 from grouser.geometry import Array, rotate
 from grouser.rig import TrackGeometry
 
+CONSTANT_NAMES = (
+    "left track's scale",
+    "right track's scale",
+    "turn's scale",
+    "outward slip [m/rad]",
+    "drag in turns [m/rad]",
+)
 _PLANAR = slice(0, 3)  # turn, chord, side: what tracks tell and slip spoils
 
 

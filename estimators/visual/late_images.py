@@ -2,19 +2,17 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grouser.estimators.base import Observation, PoseEstimate, Status
+from grouser.estimators.late_pictures import ROUNDING, LatePictures, stamp_of
 from grouser.estimators.visual.fusion import Accumulated, nothing_yet
 from grouser.estimators.visual.prediction import MotionPredictor
 from grouser.geometry import Array, between, compose, compose_jacobians, exp, lift, log
 
-_EYES = ("left", "right")
-_ROUNDING = 1e-6  # s; stamps are sums of steps
-_MOST_WAITING = 64  # images of one eye that wait for the other
+_STEREO = ("left", "right")
 
 
 class TimelyOdometry(Protocol):
@@ -42,7 +40,7 @@ class _Stretch:
         """(2,) the share of it that belongs to a stretch of time."""
         overlap = min(self.end, end) - max(self.start, start)
         share = overlap / (self.end - self.start)
-        return self.increments if share > 1 - _ROUNDING else share * self.increments
+        return self.increments if share > 1 - ROUNDING else share * self.increments
 
 
 class LateImages:
@@ -60,27 +58,32 @@ class LateImages:
         *,
         dt: float,
         lost_after: float,
+        eyes: tuple[str, ...] = _STEREO,
     ) -> None:
+        """eyes: the images that belong together."""
         self._odometry, self._make_predictor = odometry, make_predictor
         self._dt, self._lost_after = dt, lost_after
+        self._eyes, self._pictures = eyes, LatePictures(eyes)
 
     def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
         """Start at pose zero with the first pair, which is of now."""
         now = float(observation["stamp"][0])
         self._seen_at = self._tracked_to = now
         self._seen = self._odometry.reset(observation, rng=rng)
-        self._waiting: dict[str, dict[float, NDArray[Any]]] = {eye: {} for eye in _EYES}
+        self._pictures.reset(observation)
         self._stretches: list[_Stretch] = []
-        self._first = {k: np.array(v) for k, v in observation.items() if k not in _EYES}
+        self._first = {k: np.array(v) for k, v in observation.items() if k not in self._eyes}
         self._step: Array | None = None
         return self._seen
 
     def update(self, observation: Observation) -> PoseEstimate:
         """Take what came, and tell the pose at the observation's stamp."""
-        if not any(f"{key}_stamp" in observation for key in (*_EYES, "tracks")):
+        if not (self._pictures.may_be_late(observation) or "tracks_stamp" in observation):
             return self._odometry.update(observation)
         self._take(observation)
-        pair_at = self._complete_pair()
+        # A pair is looked at when the motion up to it is known too.
+        until = self._tracked_to if "tracks" in self._first else np.inf
+        pair_at = self._pictures.newest(until=until)
         if pair_at is not None:
             self._look(pair_at)
         now = float(observation["stamp"][0])
@@ -88,42 +91,28 @@ class LateImages:
 
     def _take(self, observation: Observation) -> None:
         """Note what is new, by the time that it is of."""
-        for eye in _EYES:
-            waiting, stamp = self._waiting[eye], _stamp(observation, eye)
-            if stamp > self._seen_at and stamp not in waiting:
-                waiting[stamp] = observation[eye].copy()
-                if len(waiting) > _MOST_WAITING:
-                    del waiting[min(waiting)]
+        self._pictures.take(observation)
         if "tracks" in self._first:
-            end = _stamp(observation, "tracks")
-            if end > self._tracked_to + _ROUNDING:
+            end = stamp_of(observation, "tracks")
+            if end > self._tracked_to + ROUNDING:
                 increments = np.array(observation["tracks"], dtype=np.float64)
                 self._stretches.append(_Stretch(self._tracked_to, end, increments))
                 self._tracked_to = end
 
-    def _complete_pair(self) -> float | None:
-        """The time of the newest pair whose motion is known too; None where there is none yet."""
-        both = set(self._waiting["left"]) & set(self._waiting["right"])
-        if "tracks" in self._first:
-            both = {stamp for stamp in both if stamp < self._tracked_to + _ROUNDING}
-        return max(both, default=None)
-
     def _look(self, pair_at: float) -> None:
-        shown = {eye: self._waiting[eye][pair_at] for eye in _EYES}
+        shown = self._pictures.pop(pair_at)
         if "tracks" in self._first:
             shown["tracks"] = np.sum(self._between(self._seen_at, pair_at), axis=0)
         before, steps = self._seen, max(round((pair_at - self._seen_at) / self._dt), 1)
         self._seen = self._odometry.update({**shown, "stamp": np.array([pair_at])})
         self._step = exp(log(between(before.pose, self._seen.pose)) / steps)
         self._seen_at = pair_at
-        for eye, waiting in self._waiting.items():
-            self._waiting[eye] = {t: image for t, image in waiting.items() if t > pair_at}
-        self._stretches = [s for s in self._stretches if s.end > pair_at + _ROUNDING]
+        self._stretches = [s for s in self._stretches if s.end > pair_at + ROUNDING]
 
     def _between(self, start: float, end: float) -> list[Array]:
         """The tracks' increments from one time to another, stretch by stretch."""
         inside = [
-            s for s in self._stretches if s.end > start + _ROUNDING and s.start < end - _ROUNDING
+            s for s in self._stretches if s.end > start + ROUNDING and s.start < end - ROUNDING
         ]
         return [s.within(start, end) for s in inside]
 
@@ -159,11 +148,6 @@ class LateImages:
         )
 
     def _status(self, now: float, way: Accumulated) -> Status:
-        if now - self._seen_at <= self._lost_after + _ROUNDING:
+        if now - self._seen_at <= self._lost_after + ROUNDING:
             return self._seen.status
         return Status.COASTING if way.measured else Status.LOST
-
-
-def _stamp(observation: Observation, key: str) -> float:
-    """When what is shown was measured, s."""
-    return float(observation.get(f"{key}_stamp", observation["stamp"])[0])

@@ -1,6 +1,7 @@
 """What gyroscope and receiver may do to the prediction, and what not."""
 
 import numpy as np
+import pytest
 
 from grouser.estimators.gyro import Gyro, GyroOptions
 from grouser.estimators.joint_filter import POSITION_GATE, JointFilter
@@ -40,7 +41,9 @@ def test_the_gyroscope_bounds_the_turn_and_what_it_disagrees_with_slipped() -> N
     assert abs(joint.state.pose[2] - 0.05) < 1e-3
 
 
-def test_a_turn_that_the_gyroscope_did_not_feel_is_believed_the_third_time() -> None:
+@pytest.mark.parametrize("alone", [True, False])
+def test_a_turn_that_the_gyroscope_did_not_feel_is_believed_the_third_time(alone: bool) -> None:
+    """Against the gyroscope alone, not against tracks that agree with it."""
     joint = started()
     turned = RelativePose(np.array([0.05, 0.0, 0.3]), np.diag([1e-3] * 3) ** 2, np.zeros(3))
     ahead = RelativePose(np.array([0.05, 0.0, 0.0]), turned.covariance, np.zeros(3))
@@ -48,9 +51,9 @@ def test_a_turn_that_the_gyroscope_did_not_feel_is_believed_the_third_time() -> 
     for step, seen in enumerate([turned, turned, ahead, turned, turned, turned], start=1):
         joint.predict(FORWARD)
         joint.hear(shown(step), blind=True)
-        believed.append(not joint.disbelieves(seen))
+        believed.append(not joint.disbelieves(seen, alone=alone))
         joint.commit(joint.coast())
-    assert believed == [False, False, True, False, False, True]
+    assert believed == [False, False, True, False, False, alone]
 
 
 def test_without_a_turn_that_was_felt_nothing_is_disbelieved() -> None:
@@ -60,7 +63,7 @@ def test_without_a_turn_that_was_felt_nothing_is_disbelieved() -> None:
     joint.reset(shown(0))
     joint.predict(FORWARD)
     joint.hear(shown(1), blind=True)
-    assert not joint.disbelieves(turned) and joint.fuse(turned).slipped
+    assert not joint.disbelieves(turned, alone=True) and joint.fuse(turned).slipped
 
 
 def test_a_fix_beyond_the_gate_changes_nothing_while_vision_tracks() -> None:
