@@ -171,7 +171,7 @@ class GraphLineSlam(PoseEstimator, Smoother):
             supported=supported,
             diagnostics={
                 "keyframes": float(len(self._keyframes)),
-                "loops": float(len(self._graph.closures)),
+                "loops": float(self._graph.loops),
             },
         )
 

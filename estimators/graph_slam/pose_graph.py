@@ -36,6 +36,11 @@ class PoseGraph:
         return self._poses[: self._n]
 
     @property
+    def loops(self) -> int:
+        """How many were closed."""
+        return sum(self._doubted)
+
+    @property
     def closures(self) -> list[tuple[int, int, Array]]:
         """The loops: pose j as measured from pose i, as i, j and (3,)."""
         edges = zip(self._ends, self._measured, self._doubted, strict=True)

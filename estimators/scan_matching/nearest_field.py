@@ -30,11 +30,8 @@ class NearestField(NamedTuple):
 
 def nearest_field(points: Array, reach: float, cell: float) -> NearestField:
     """The field of points (n, 2) [m] that are looked for within `reach` [m]."""
-    if len(points) == 0:
-        points = np.zeros((0, 2))
-        low = high = np.zeros(2)
-    else:
-        low, high = points.min(axis=0) - reach - cell, points.max(axis=0) + reach + cell
+    low, high = _bounds(points)
+    low, high = low - reach - cell, high + reach + cell
     side = _TILE * cell
     size = np.floor((high - low) / side).astype(int) + 1
     table = np.full((size[0], size[1]), -1, dtype=np.int32)
@@ -43,6 +40,18 @@ def nearest_field(points: Array, reach: float, cell: float) -> NearestField:
     nearest = np.full((tiles, _TILE, _TILE), -1, dtype=np.int32)
     _fill(points, low, cell, reach, table, squared, nearest)
     return NearestField(low, cell, table, squared, nearest)
+
+
+@kernel
+def _bounds(points: Array) -> tuple[Array, Array]:
+    """(2,) least and largest coordinates; zero without points."""
+    low = points[0].copy() if len(points) else np.zeros(2)
+    high = low.copy()
+    for k in range(len(points)):
+        for axis in range(2):
+            low[axis] = min(low[axis], points[k, axis])
+            high[axis] = max(high[axis], points[k, axis])
+    return low, high
 
 
 @kernel

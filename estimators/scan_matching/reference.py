@@ -1,14 +1,16 @@
 """Scans that another one is laid over."""
 
 from collections.abc import Sequence
+from statistics import median
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grouser.estimators.scan_matching.nearest_field import NearestField, nearest_field
-from grouser.estimators.scan_matching.surface import Surface, moved
+from grouser.estimators.scan_matching.surface import Surface
 from grouser.geometry import Array
+from grouser.kernels import kernel
 
 
 class Reference(NamedTuple):
@@ -35,17 +37,43 @@ def make_reference(surfaces: Sequence[Surface], poses: Array) -> Reference:
             f"a reference needs scans, each with a pose, got {len(surfaces)} scans and "
             f"{len(poses)} poses"
         )
-    laid = [moved(surface, pose) for surface, pose in zip(surfaces, poses, strict=True)]
+    counts = [len(one.points) for one in surfaces]
+    first = np.cumsum([0, *counts])
+    n = int(first[-1])
+    points, feet, normals = np.empty((n, 2)), np.empty((n, 2)), np.empty((n, 2))
+    for at, one, pose in zip(first.tolist(), surfaces, poses, strict=False):
+        _lay(one.points, one.feet, one.normals, pose, at, points, feet, normals)
     surface = Surface(
-        np.concatenate([one.points for one in laid]),
-        np.concatenate([one.feet for one in laid]),
-        np.concatenate([one.normals for one in laid]),
-        np.concatenate([one.normal_sigmas for one in laid]),
-        float(np.median([one.sigma for one in laid])),
+        points,
+        feet,
+        normals,
+        np.concatenate([one.normal_sigmas for one in surfaces]),
+        median(one.sigma for one in surfaces),
     )
-    counts = [len(one.points) for one in laid]
-    scans = np.repeat(np.arange(len(laid), dtype=np.int32), counts)
-    return Reference(surface, scans, poses, nearest_field(surface.points, REACH, _CELL))
+    scans = np.repeat(np.arange(len(surfaces), dtype=np.int32), counts)
+    return Reference(surface, scans, poses, nearest_field(points, REACH, _CELL))
+
+
+@kernel
+def _lay(
+    points: Array,
+    feet: Array,
+    normals: Array,
+    pose: Array,
+    at: int,
+    laid_points: Array,
+    laid_feet: Array,
+    laid_normals: Array,
+) -> None:
+    """Write a surface, moved by the pose (3,), from row `at` on."""
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    for k in range(len(points)):
+        x, y = points[k]
+        laid_points[at + k] = pose[0] + (c * x - s * y), pose[1] + (s * x + c * y)
+        x, y = feet[k]
+        laid_feet[at + k] = pose[0] + (c * x - s * y), pose[1] + (s * x + c * y)
+        x, y = normals[k]
+        laid_normals[at + k] = c * x - s * y, s * x + c * y
 
 
 REACH = 0.3

@@ -44,22 +44,6 @@ def own_covariance(surface: Surface) -> Array:
     return np.asarray(np.linalg.inv(J.T @ J / surface.sigma**2 + np.diag(_HELD_BY_NOTHING**-2)))
 
 
-@kernel
-def moved(surface: Surface, pose: Array) -> Surface:
-    """The same surface in the frame that the pose (3,) is given in."""
-    points, feet = np.empty_like(surface.points), np.empty_like(surface.feet)
-    normals = np.empty_like(surface.normals)
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    for k in range(len(points)):
-        x, y = surface.points[k]
-        points[k] = pose[0] + (c * x - s * y), pose[1] + (s * x + c * y)
-        x, y = surface.feet[k]
-        feet[k] = pose[0] + (c * x - s * y), pose[1] + (s * x + c * y)
-        x, y = surface.normals[k]
-        normals[k] = c * x - s * y, s * x + c * y
-    return Surface(points, feet, normals, surface.normal_sigmas, surface.sigma)
-
-
 _SIDE = 5
 """Neighbours to one side whose line a point's normal is taken from, at least,"""
 _LENGTH = 0.2
