@@ -112,13 +112,45 @@ def believed(A: Array, S: Array) -> Array:
     this makes on average: directions in which A is not well above S tell nothing, and from the
     others S is taken off. F A is symmetric and not negative.
     """
-    floor = _NEGLIGIBLE * np.diag(np.array([A[0, 0] + A[1, 1], A[0, 0] + A[1, 1], A[2, 2]]))
-    C = np.linalg.cholesky(S + floor + _NOTHING * np.eye(3))
-    to = np.linalg.inv(C)
-    values, vectors = np.linalg.eigh(to @ A @ to.T)
-    share = np.where(values > _ABOVE_NOISE, 1 - 1 / np.maximum(values, 1.0), 0.0)
-    F: Array = (C @ vectors * share) @ (vectors.T @ to)
+    C, to = S.copy(), np.zeros((3, 3))
+    for i in range(3):
+        C[i, i] += _NOTHING + _NEGLIGIBLE * (A[2, 2] if i == 2 else A[0, 0] + A[1, 1])
+    _factorise(C, to)
+    values, vectors = np.linalg.eigh(_times(_times(to, A), to.T))
+    told = _times(C, vectors)
+    for j in range(3):
+        share = 1 - 1 / values[j] if values[j] > _ABOVE_NOISE else 0.0
+        for i in range(3):
+            told[i, j] *= share
+    F: Array = _times(told, _times(vectors.T, to))
     return F
+
+
+@kernel
+def _factorise(C: Array, to: Array) -> None:
+    """C (3, 3) becomes its Cholesky factor, and `to`, which is zero, the inverse of that."""
+    for i in range(3):
+        for j in range(i + 1):
+            for k in range(j):
+                C[i, j] -= C[i, k] * C[j, k]
+            C[i, j] = math.sqrt(C[i, i]) if i == j else C[i, j] / C[j, j]
+        for j in range(i + 1, 3):
+            C[i, j] = 0.0
+        to[i, i] = 1 / C[i, i]
+        for j in range(i):
+            for k in range(j, i):
+                to[i, j] -= C[i, k] * to[k, j] / C[i, i]
+
+
+@kernel
+def _times(A: Array, B: Array) -> Array:
+    """A B, (3, 3): for so few numbers a library takes longer to be called."""
+    out = np.zeros((3, 3))
+    for i in range(3):
+        for j in range(3):
+            for k in range(3):
+                out[i, j] += A[i, k] * B[k, j]
+    return out
 
 
 @kernel_using(pair, normal_equations, variance, information_by_scan, independent_share, wrapped)
@@ -138,29 +170,40 @@ def _aligned(
 ) -> tuple[Array, Array, int, Array, float]:
     """What an `Alignment` says; `least` are the variances (2,), at least, of `_variances`."""
     pose, pairs = start.copy(), no_pairs(len(surface.points))
+    off, b = np.empty(3), np.empty(3)
     for _ in range(steps):
         pair(surface, reference, pose, radius, cauchy, same_side, pairs)
-        A, S, b = normal_equations(pairs, _variances(pairs, cauchy, least))
+        A, S, gradient = normal_equations(pairs, _variances(pairs, cauchy, least))
         F = believed(A, S)
-        off = pose - guess
-        off[2] = wrapped(off[2])
-        step = np.linalg.solve(F @ A + information, F @ b - information @ off)
+        A = _times(F, A)
+        off[0], off[1], off[2] = pose[0] - guess[0], pose[1] - guess[1], wrapped(pose[2] - guess[2])
+        for i in range(3):
+            b[i] = 0.0
+            for j in range(3):
+                A[i, j] += information[i, j]
+                b[i] += F[i, j] * gradient[j] - information[i, j] * off[j]
+        step = np.linalg.solve(A, b)
         pose += step
         settled = radius <= last_radius
         radius = max(last_radius, shrinking * radius)
-        if settled and np.abs(step).max() < _STILL:
+        if settled and max(abs(step[0]), abs(step[1]), abs(step[2])) < _STILL:
             break
     pose[2] = wrapped(pose[2])
     pair(surface, reference, pose, radius, cauchy, same_side, pairs)
     variances = _variances(pairs, cauchy, least)
     A, S, _ = normal_equations(pairs, variances)
-    F = independent_share(pairs, variances) * believed(A, S)
+    F, share = believed(A, S), independent_share(pairs, variances)
     by_scan = np.zeros((len(reference.poses), 3, 3))
     information_by_scan(pairs, variances, by_scan)
     for k in range(len(by_scan)):
-        by_scan[k] = F @ by_scan[k]
-    inliers = (pairs.weights >= 0.5).sum()
-    directions = np.ascontiguousarray((A - S)[:2, :2])
+        by_scan[k] = _times(F, by_scan[k]) * share
+    inliers = 0
+    for k in range(len(pairs.weights)):
+        inliers += pairs.weights[k] >= 0.5
+    directions = np.empty((2, 2))
+    for i in range(2):
+        for j in range(2):
+            directions[i, j] = A[i, j] - S[i, j]
     return pose, by_scan, inliers, directions, math.sqrt(variances[1])
 
 

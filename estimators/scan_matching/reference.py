@@ -68,12 +68,12 @@ def _lay(
     """Write a surface, moved by the pose (3,), from row `at` on."""
     c, s = np.cos(pose[2]), np.sin(pose[2])
     for k in range(len(points)):
-        x, y = points[k]
-        laid_points[at + k] = pose[0] + (c * x - s * y), pose[1] + (s * x + c * y)
-        x, y = feet[k]
-        laid_feet[at + k] = pose[0] + (c * x - s * y), pose[1] + (s * x + c * y)
-        x, y = normals[k]
-        laid_normals[at + k] = c * x - s * y, s * x + c * y
+        i, x, y = at + k, points[k, 0], points[k, 1]
+        laid_points[i, 0], laid_points[i, 1] = pose[0] + (c * x - s * y), pose[1] + (s * x + c * y)
+        x, y = feet[k, 0], feet[k, 1]
+        laid_feet[i, 0], laid_feet[i, 1] = pose[0] + (c * x - s * y), pose[1] + (s * x + c * y)
+        x, y = normals[k, 0], normals[k, 1]
+        laid_normals[i, 0], laid_normals[i, 1] = c * x - s * y, s * x + c * y
 
 
 REACH = 0.3

@@ -145,13 +145,14 @@ def _best(
         pose[2] = centre[2] + k * turn
         c, s = np.cos(pose[2]), np.sin(pose[2])
         for p in range(len(points)):
-            x, y = points[order[p]]
+            x, y = points[order[p], 0], points[order[p], 1]
             turned[p, 0], turned[p, 1] = c * x - s * y, s * x + c * y
         for i in _from_the_middle(n):
             pose[0] = centre[0] + i * step
             for j in _from_the_middle(n):
                 pose[1] = centre[1] + j * step
-                off[:] = pose - guess
+                for axis in range(3):
+                    off[axis] = pose[axis] - guess[axis]
                 prior = -0.5 * _squared(off, information)
                 least = (highest - prior) / weight if weight > 0.0 else -np.inf
                 value = prior + weight * _sum(turned, field, fits, pose, least)
