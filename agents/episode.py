@@ -1,17 +1,17 @@
 """One episode of the goal task under a driver and an estimator, and what is kept of it."""
 
-import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from grouser.agents.drive import Step, steps
 from grouser.agents.driver import Driver
 from grouser.agents.drivers import make_driver
+from grouser.agents.estimation import estimation
 from grouser.agents.goal_score import COLLISION, SUCCESS
 from grouser.agents.navigation import GoalNavEnv
-from grouser.estimators.base import Status
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,33 +73,9 @@ def run_trial(trial: Trial) -> Episode:
 def goal_task(
     driver: Driver, estimator: str, task: Mapping[str, Any], **options: Any
 ) -> GoalNavEnv:
-    """The environment that shows what a driver reads."""
-    return GoalNavEnv(**{**driver.task, **task, **options}, estimator=estimator)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Step:
-    """What came of an action."""
-
-    action: Any
-    info: Mapping[str, Any]
-    error: float
-    """Between believed and true position, m."""
-    is_lost: bool
-
-
-def steps(env: GoalNavEnv, driver: Driver, seed: int) -> Iterator[Step]:
-    """The steps of an episode, the last of which ends it."""
-    shown, _ = env.reset(seed=seed)
-    driver.reset(env.rig, env.world)
-    ended = False
-    while not ended:
-        action = driver.action(shown, env.believed, env.goal)
-        shown, _, terminated, truncated, info = env.step(action)
-        ended = terminated or truncated
-        believed = env.believed
-        error = math.dist(believed.pose[:2], info["true_pose"][:2])
-        yield Step(action, info, error, believed.status is Status.LOST)
+    """The environment that shows what a driver reads, with the pose of an estimator or of an
+    emulator (`estimation`)."""
+    return GoalNavEnv(**{**driver.task, **task, **options, **estimation(estimator)})
 
 
 def _keep(trial: Trial, env: GoalNavEnv, driven: list[Step]) -> Episode:

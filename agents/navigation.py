@@ -1,6 +1,8 @@
 """`grouser/GoalNav-v0`: reach a goal among obstacles by a pose that is only estimated."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from functools import partial
 from numbers import Integral
 from typing import Any
 
@@ -21,6 +23,7 @@ from grouser.agents.goal_score import (
     Reward,
 )
 from grouser.agents.goal_view import GoalView, believed_goal, known_policy_sensors
+from grouser.agents.other_moments import OtherMoments
 from grouser.agents.pose_delay import PoseDelay
 from grouser.checks import did_you_mean
 from grouser.envs.sensors.suite import DEFAULT_SENSORS, SENSORS
@@ -34,6 +37,9 @@ from grouser.rig import Rig
 
 STOPS = ("belief", "agent", "arrival")
 """What ends the drive to a goal."""
+
+SHUFFLED = "shuffled"
+"""Instead of the estimate's covariance, that of another moment."""
 
 _BELIEVED_RADIUS = SUCCESS_RADIUS / 2  # m; room for error before a stop at the edge is a miss
 
@@ -68,7 +74,8 @@ class GoalNavEnv(gym.Env[dict[str, Any], NDArray[np.float32]]):
         policy_sensors: what the policy sees, of lidar, left and right.
         beams: number of the lidar's sectors.
         normalize: beams in [0, 1] and the distance in units of 10 m, instead of metres.
-        covariance: show the estimate's covariance.
+        covariance: show the estimate's covariance; with "shuffled" that of a random moment of other
+            episodes, which is as often as large but tells nothing of this one (a control).
         time_limit: for each goal, s.
         reward: weights of `grouser.agents.goal_score.Reward` by name.
         robot: further keyword arguments of `TrackedRobotEnv`, but sensors: those are what the
@@ -93,7 +100,7 @@ class GoalNavEnv(gym.Env[dict[str, Any], NDArray[np.float32]]):
         policy_sensors: Iterable[str] = ("lidar",),
         beams: int = 36,
         normalize: bool = True,
-        covariance: bool = False,
+        covariance: bool | str = False,
         time_limit: float = 100.0,
         reward: Mapping[str, float] | None = None,
         robot: Mapping[str, Any] | None = None,
@@ -109,6 +116,20 @@ class GoalNavEnv(gym.Env[dict[str, Any], NDArray[np.float32]]):
         self._reward = _reward(reward or {})
         self._delay = PoseDelay(pose_latency)
         seen = known_policy_sensors(policy_sensors)
+        self._others: OtherMoments | None = None
+        if _checked_covariance(covariance) == SHUFFLED:
+            rehearsal = partial(
+                GoalNavEnv,
+                estimator=estimator,
+                estimator_options=estimator_options,
+                world=world,
+                goals=goals,
+                pose_latency=pose_latency,
+                policy_sensors=(),
+                time_limit=time_limit,
+                robot=robot,
+            )
+            self._others = OtherMoments(rehearsal)
         self.render_mode = render_mode
         self._robot = TrackedRobotEnv(
             **_checked_robot(robot or {}),
@@ -120,7 +141,12 @@ class GoalNavEnv(gym.Env[dict[str, Any], NDArray[np.float32]]):
         shown = self._robot.observation_space
         self._estimated = EstimatedPose(self._robot, estimator, **(estimator_options or {}))
         self._view = GoalView(
-            self.rig, shown, sensors=seen, beams=beams, normalize=normalize, covariance=covariance
+            self.rig,
+            shown,
+            sensors=seen,
+            beams=beams,
+            normalize=normalize,
+            covariance=covariance is not False,
         )
         self.observation_space: spaces.Dict = self._view.space
         n_actions = 3 if stop == "agent" else 2
@@ -141,6 +167,8 @@ class GoalNavEnv(gym.Env[dict[str, Any], NDArray[np.float32]]):
         self.goal = self._score.goal
         self._n_steps, self._last_action = 0, np.zeros(2)
         self._believed = self._delay.reset(self._estimated.estimate)
+        if self._others:
+            self._others.reset(anew=seed is not None, rng=self.np_random)
         return self._observe(shown), self._say(info, RUNNING)
 
     def step(
@@ -237,7 +265,10 @@ class GoalNavEnv(gym.Env[dict[str, Any], NDArray[np.float32]]):
         return believed_goal(self._believed.pose, self.goal)[0]
 
     def _observe(self, shown: dict[str, Any]) -> dict[str, Any]:
-        return dict(self._view.of(shown, self._believed, self.goal, self._last_action))
+        told = self._believed
+        if self._others:
+            told = replace(told, covariance=self._others.instead_of(told.covariance))
+        return dict(self._view.of(shown, told, self.goal, self._last_action))
 
     def _say(self, info: dict[str, Any], outcome: str) -> dict[str, Any]:
         return {**info, **self._require_reset().said(outcome, self._believed_distance())}
@@ -264,6 +295,12 @@ def _checked_robot(robot: Mapping[str, Any]) -> dict[str, Any]:
             "and render_mode are arguments of their own"
         )
     return dict(robot)
+
+
+def _checked_covariance(covariance: bool | str) -> bool | str:
+    if covariance not in (False, True, SHUFFLED):
+        raise ValueError(f'covariance must be True, False or "{SHUFFLED}", got {covariance!r}')
+    return covariance
 
 
 def _checked_goals(goals: int) -> int:

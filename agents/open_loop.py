@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from grouser.agents.drive import steps
 from grouser.agents.drivers import make_driver
-from grouser.agents.episode import Trial, goal_task, steps
+from grouser.agents.episode import Trial, goal_task
 from grouser.agents.evaluation import BASELINE
 from grouser.estimators.evaluation.metrics import ate_se2
 

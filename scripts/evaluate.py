@@ -42,7 +42,9 @@ class Evaluate:
         "ekf-line-slam",
     )
     """Whose poses the driver gets; by default ground-truth, dead-reckoning, icr-ekf,
-    one-point-ransac and ekf-line-slam. ground-truth is run in any case, for the price."""
+    one-point-ransac and ekf-line-slam. emulated:NAME draws from the errors of a model of
+    `grouser fit-emulator` (a name that comes with Grouser, or a file). ground-truth is run in any
+    case, for the price."""
     episodes: Annotated[int, _arg("N")] = 20
     """Episodes of each, 20 by default."""
     seed: Annotated[int, _arg("S")] = 0

@@ -52,6 +52,9 @@ class Train:
     """Goals in an episode, one after another; 1 by default."""
     covariance: bool = False
     """Show the policy the estimate's covariance."""
+    shuffled_covariance: bool = False
+    """Show it covariances of other moments instead, as often as large but without a meaning: the
+    control that a policy with --covariance is to be measured against."""
 
     def run(self) -> int:
         """Train, say how it went, and return the exit code."""

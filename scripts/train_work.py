@@ -7,6 +7,7 @@ from typing import Any
 
 from grouser import __version__
 from grouser.agents.learned import algorithm_class
+from grouser.agents.navigation import SHUFFLED
 from grouser.estimators.evaluation.folder import (
     require_ready,
     write_settings,
@@ -50,7 +51,7 @@ def _prepare(options: Train) -> Any:
         worlds=options.worlds,
         difficulty=options.difficulty,
         goals=options.goals,
-        covariance=options.covariance,
+        covariance=_covariance(options),
     )
     for world in task.worlds:
         task.make(world).close()
@@ -64,6 +65,12 @@ def _prepare(options: Train) -> Any:
     }
     _enter(folder, settings, resume=options.resume)
     return Training(task, options.algorithm, options.steps, options.seed, folder)
+
+
+def _covariance(options: Train) -> bool | str:
+    if options.covariance and options.shuffled_covariance:
+        raise UsageError("--covariance and --shuffled-covariance exclude each other")
+    return SHUFFLED if options.shuffled_covariance else options.covariance
 
 
 def _enter(folder: Path, settings: dict[str, Any], *, resume: bool) -> None:

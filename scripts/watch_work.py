@@ -8,9 +8,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from grouser.agents.drive import steps
 from grouser.agents.driver import Driver
 from grouser.agents.drivers import make_driver
-from grouser.agents.episode import goal_task, steps
+from grouser.agents.episode import goal_task
 from grouser.agents.navigation import GoalNavEnv
 from grouser.scripts.terminal import Bar, progress, table_console
 from grouser.scripts.usage import UsageError, usage_errors

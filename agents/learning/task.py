@@ -7,6 +7,7 @@ from typing import Any
 
 import gymnasium as gym
 
+from grouser.agents.estimation import emulated, estimation
 from grouser.agents.navigation import GoalNavEnv
 from grouser.envs.fleet.crew import Maker
 from grouser.estimators.emulation.model_file import load_model
@@ -54,8 +55,8 @@ class TrainingTask:
     """Of the worlds, 0 to 1."""
     goals: int = 1
     """An episode's."""
-    covariance: bool = False
-    """Whether the policy sees the estimate's covariance."""
+    covariance: bool | str = False
+    """Whether the policy sees the estimate's covariance, or "shuffled", those of other moments."""
 
     def __post_init__(self) -> None:
         if self.estimator != GROUND_TRUTH:
@@ -91,6 +92,5 @@ class TrainingTask:
 
     @property
     def _estimation(self) -> dict[str, Any]:
-        if self.estimator == GROUND_TRUTH:
-            return {"estimator": GROUND_TRUTH}
-        return {"estimator": "emulated", "estimator_options": {"of": self.estimator}}
+        truth = self.estimator == GROUND_TRUTH
+        return estimation(GROUND_TRUTH if truth else emulated(self.estimator))

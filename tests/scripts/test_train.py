@@ -25,6 +25,14 @@ def test_a_policy_is_trained(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert "begun with other settings: seed 0 (now 1)" in capsys.readouterr().err
 
 
+def test_the_control_of_an_ablation_is_trained(tmp_path: Path) -> None:
+    from grouser.agents.drivers import make_driver
+
+    given = ["train", "--estimator", "dead-reckoning", "--steps", "2048", "--shuffled-covariance"]
+    assert main([*given, "--output", str(tmp_path / "a")]) == 0
+    assert make_driver(tmp_path / "a" / "policy.zip").task == {"covariance": "shuffled"}
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -32,6 +40,7 @@ def test_a_policy_is_trained(tmp_path: Path, capsys: pytest.CaptureFixture[str])
         (["--resume"], "--resume needs --output"),
         (["--steps", "0"], "--steps must be at least 1"),
         (["--worlds", "yard", "jard"], "did you mean 'yard'?"),
+        (["--covariance", "--shuffled-covariance"], "exclude each other"),
     ],
 )
 def test_misuse_is_explained(
