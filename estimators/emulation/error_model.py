@@ -47,6 +47,9 @@ class ErrorModel:
     """(2, 3, 4) how much that varies from episode to episode."""
     correction: Array
     """(3,) share of the error in x, y, heading that a step takes back, while TRACKING."""
+    recovery: Array
+    """(3,) share of it that is taken back when TRACKING follows another status: what is found again
+    tells where the robot is."""
     growth: Array
     """(3, 3, 3) variance that the error of x, y, heading (second axis) gains by GROWTH (third), in
     each of STATUSES (first)."""
@@ -57,7 +60,8 @@ class ErrorModel:
     transitions: Array
     """(3, 3) probability that a status (row) is followed by another (column) a step later."""
     confidence: Array
-    """(2,) sigmas that the estimator tells over those of this model: of position, of heading."""
+    """(2, 2) sigmas that the estimator tells over those of this model, of position and of heading
+    (columns): while the status is TRACKING, and while it is another."""
 
     def __post_init__(self) -> None:
         for name, shape in _SHAPES.items():
@@ -69,7 +73,7 @@ class ErrorModel:
                 )
             values.flags.writeable = False
             object.__setattr__(self, name, values)
-        for name in ("bias_sigma", "correction", "growth", "jitter", "confidence"):
+        for name in ("bias_sigma", "correction", "recovery", "growth", "jitter", "confidence"):
             if (getattr(self, name) < 0).any():
                 raise ValueError(f"{name} of an emulator must not be negative")
         for name in ("first_status", "transitions"):
@@ -103,9 +107,10 @@ _SHAPES: Final[Mapping[str, tuple[int, ...]]] = {
     "bias_mean": (2, 3, 4),
     "bias_sigma": (2, 3, 4),
     "correction": (3,),
+    "recovery": (3,),
     "growth": (3, 3, 3),
     "jitter": (3, 3),
     "first_status": (3,),
     "transitions": (3, 3),
-    "confidence": (2,),
+    "confidence": (2, 2),
 }

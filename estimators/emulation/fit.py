@@ -28,6 +28,8 @@ _FEWEST: Final = 100
 """A status seen in fewer windows shares the noise of all."""
 _FEWEST_FOR_BIAS: Final = 20
 """Windows that tell systematic errors: of a run, or, where its are fewer, of all together."""
+_FOUND: Final = 5
+"""Steps in which what is found again is taken back."""
 _SETTLED: Final = 20
 """Frames after which told sigmas are compared; at the start they are zero."""
 
@@ -50,12 +52,13 @@ def fit_error_model(records: Sequence[Record], *, of: str, source: str) -> Error
         "bias_mean": bias_mean,
         "bias_sigma": bias_sigma,
         "correction": correction,
+        "recovery": _recovery(records),
         "growth": growth,
         "jitter": jitter,
         "first_status": _first_status(records),
         "transitions": _transitions(records),
     }
-    unscaled = ErrorModel(**values, confidence=np.ones(2))
+    unscaled = ErrorModel(**values, confidence=np.ones((2, 2)))
     return ErrorModel(**values, confidence=_confidence(records, unscaled))
 
 
@@ -116,6 +119,24 @@ def _correction(records: Sequence[Record]) -> Array:
         if gain > _SIGNIFICANT * sigma:
             correction[axis] = _share_a_step(gain * _WINDOW)
     return correction
+
+
+def _recovery(records: Sequence[Record]) -> Array:
+    """(3,) the share of the error that is taken back when TRACKING follows another status."""
+    pairs = [_around_recoveries(record) for record in records]
+    before, after = (np.concatenate(part) for part in zip(*pairs, strict=True))
+    left = (before * after).sum(axis=0) / np.maximum((before**2).sum(axis=0), 1e-12)
+    return np.clip(1.0 - left, 0.0, 1.0) if len(before) else np.zeros(3)
+
+
+def _around_recoveries(record: Record) -> tuple[Array, Array]:
+    """(n, 3) errors before TRACKING follows another status, and _FOUND steps later, of those after
+    which it lasts so long."""
+    tracks, last = record.status == 0, len(record.status) - _FOUND
+    begun = np.flatnonzero(tracks[1:] & ~tracks[:-1]) + 1
+    lasting = [k for k in begun.tolist() if k <= last and tracks[k : k + _FOUND].all()]
+    at = np.array(lasting, dtype=np.int64)
+    return record.errors[at - 1], record.errors[at + _FOUND - 1]
 
 
 def _share_a_step(of_window: float) -> float:
@@ -228,10 +249,14 @@ def _transitions(records: Sequence[Record]) -> Array:
 
 
 def _confidence(records: Sequence[Record], model: ErrorModel) -> Array:
-    """(2,) the median of told sigmas over modelled ones, of position and heading."""
-    ratios = []
+    """(2, 2) the median of told sigmas over modelled ones, of position and heading, while it tracks
+    and while it does not; a mode that is never seen has that of the other."""
+    told, modes = [], []
     for record in records:
-        told = sigmas(record.covariance[_SETTLED:])
         modelled = modelled_sigmas(model, record.truth, record.status)[_SETTLED:]
-        ratios.append(told / np.maximum(modelled, 1e-12))
-    return np.asarray(np.median(np.concatenate(ratios), axis=0))
+        told.append(sigmas(record.covariance[_SETTLED:]) / np.maximum(modelled, 1e-12))
+        modes.append(record.status[_SETTLED:] != 0)
+    ratio, mode = np.concatenate(told), np.concatenate(modes)
+    each = [ratio[mode == other] for other in (False, True)]
+    seen = [part if len(part) else ratio for part in each]
+    return np.array([np.median(part, axis=0) for part in seen])

@@ -16,6 +16,7 @@ class Numbers(NamedTuple):
     """An error model as kernels read it; what it means is said there."""
 
     correction: Any
+    recovery: Any
     growth: Any
     jitter: Any
     confidence: Any
@@ -23,7 +24,9 @@ class Numbers(NamedTuple):
     @staticmethod
     def of(model: ErrorModel) -> "Numbers":
         """Those of a model."""
-        return Numbers(model.correction, model.growth, model.jitter, model.confidence)
+        return Numbers(
+            model.correction, model.recovery, model.growth, model.jitter, model.confidence
+        )
 
 
 class ErrorProcess:
@@ -39,6 +42,7 @@ class ErrorProcess:
         self._numbers, self._bias = Numbers.of(model), np.array(bias)
         self._truth, self._estimate = np.array(pose), np.array(pose)
         self._covariance = np.diag(np.append(np.zeros(3), model.bias_sigma.ravel() ** 2))
+        self._status = 0
 
     def step(self, truth: Array, status: int, noise: Array) -> tuple[Array, Array]:
         """The pose (3,) that is told a step later, and its covariance (3, 3).
@@ -49,17 +53,19 @@ class ErrorProcess:
             noise: (6,) standard normal.
         """
         pose, told = np.empty(3), np.empty((3, 3))
+        recovers = status == 0 and self._status != 0
+        self._status = status
         _step(
-            self._truth, self._estimate, self._covariance, self._bias, truth, status, noise,
-            self._numbers, pose, told,
+            self._truth, self._estimate, self._covariance, self._bias, truth, status, recovers,
+            noise, self._numbers, pose, told,
         )  # fmt: skip
         return pose, told
 
 
 @kernel
 def _step(
-    before: Any, estimate: Any, P: Any, bias: Any, truth: Any, status: int, noise: Any,
-    numbers: Any, told_pose: Any, told: Any,
+    before: Any, estimate: Any, P: Any, bias: Any, truth: Any, status: int, recovers: bool,
+    noise: Any, numbers: Any, told_pose: Any, told: Any,
 ) -> None:  # fmt: skip
     """Carry the true pose, the estimate and the covariance P (27, 27) on; write what is told."""
     c, s = math.cos(before[2]), math.sin(before[2])
@@ -79,7 +85,9 @@ def _step(
             q[i] += numbers.growth[status, i, k] * grown[k]
         for k in range(4):
             increment[i] += bias[mode, i, k] * features[k]
-        taken_back[i] = numbers.correction[i] if status == 0 else 0.0
+        if status == 0:
+            found = numbers.recovery[i] if recovers else 0.0
+            taken_back[i] = max(numbers.correction[i], found)
         increment[i] += taken_back[i] * gap[i] + math.sqrt(q[i]) * noise[i]
     _add(estimate, increment, estimate)
     before[:] = truth
@@ -87,7 +95,7 @@ def _step(
 
     jitter = numbers.jitter[status] * noise[3:]
     _add(estimate, jitter, told_pose)
-    _tell(P, truth[2], numbers.jitter[status], numbers.confidence, told)
+    _tell(P, truth[2], numbers.jitter[status], numbers.confidence[mode], told)
 
 
 @kernel

@@ -22,11 +22,12 @@ def model(**changes: Any) -> ErrorModel:
         "bias_mean": np.zeros((2, 3, 4)),
         "bias_sigma": np.zeros((2, 3, 4)),
         "correction": np.zeros(3),
+        "recovery": np.zeros(3),
         "growth": np.zeros((3, 3, 3)),
         "jitter": np.zeros((3, 3)),
         "first_status": [1, 0, 0],
         "transitions": np.eye(3),
-        "confidence": np.ones(2),
+        "confidence": np.ones((2, 2)),
     }
     return ErrorModel(**{**values, **changes})
 

@@ -46,9 +46,36 @@ def test_what_is_taken_back_is_found() -> None:
 
 
 def test_the_covariance_is_as_confident_as_the_estimator() -> None:
-    boastful = drifting(confidence=np.array([0.5, 0.25]))
+    boastful = drifting(confidence=np.tile([0.5, 0.25], (2, 1)))
     found = fit_error_model([record(boastful, 1200, seed) for seed in range(8)], of="t", source="s")
     np.testing.assert_allclose(found.confidence, boastful.confidence, rtol=0.35)
+
+
+def lossy(errors: ErrorModel, seed: int) -> Record:
+    """A run that is blind for 60 steps again and again."""
+    truth, status = way(1000, seed), np.tile(np.repeat([0, 1], [40, 60]), 11)[:1001]
+    process, rng = ErrorProcess(errors, errors.bias_mean, truth[0]), np.random.default_rng(seed)
+    steps = [process.step(p, k, rng.standard_normal(6)) for p, k in zip(truth, status, strict=True)]
+    told, covariance = (np.array(part) for part in zip(*steps, strict=True))
+    return Record(DT, truth, told, covariance, status)
+
+
+def test_what_a_recovery_takes_back_is_found() -> None:
+    growth = np.zeros((3, 3, 3))
+    growth[1, :, 0] = [1e-4, 1e-4, 1e-5]
+    true = model(
+        growth=growth,
+        jitter=np.full((3, 3), 1e-3),
+        recovery=np.array([0.7, 0.7, 0.9]),
+        confidence=np.array([[1.0, 1.0], [0.5, 0.3]]),
+    )
+    found = fit_error_model([lossy(true, seed) for seed in range(8)], of="t", source="s")
+    np.testing.assert_allclose(found.recovery, true.recovery, atol=0.08)
+    np.testing.assert_allclose(found.confidence[1] / found.confidence[0], [0.5, 0.3], rtol=0.35)
+
+
+def test_without_a_loss_no_recovery_is_claimed(fitted: ErrorModel) -> None:
+    assert not fitted.recovery.any()
 
 
 def test_loss_and_recovery_are_counted() -> None:

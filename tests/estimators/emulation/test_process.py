@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from grouser.estimators.emulation.process import emulate, modelled_sigmas
+from grouser.estimators.emulation.process import ErrorProcess, emulate, modelled_sigmas
 from grouser.estimators.evaluation.consistency import nees
 from grouser.geometry import between
 from tests.estimators.emulation.models import drifting, model, way
@@ -45,6 +45,25 @@ def test_errors_are_taken_back_where_it_tracks_and_nowhere_else() -> None:
     assert ends["tracking"] < 0.2 * ends["coasting"]
 
 
+def test_what_is_found_again_takes_the_error_back() -> None:
+    """The step that ends a time without TRACKING leaves a share of the error and of its sigma."""
+    growth = np.zeros((3, 3, 3))
+    growth[1, :, 0] = 1e-4
+    errors = model(growth=growth, recovery=np.full(3, 0.75))
+    truth, rng = np.zeros((51, 3)), np.random.default_rng(4)
+    ratios, n = [], 200
+    for _ in range(n):
+        process = ErrorProcess(errors, errors.bias_mean, truth[0])
+        for pose in truth[1:]:
+            before, sigma = process.step(pose, 1, rng.standard_normal(6))
+        after, found = process.step(truth[0], 0, rng.standard_normal(6))
+        ratios.append(after[2] / before[2])
+        np.testing.assert_allclose(found[2, 2], sigma[2, 2] / 16, rtol=1e-9)
+        later, _ = process.step(truth[0], 0, rng.standard_normal(6))
+        np.testing.assert_allclose(later, after, atol=1e-12)
+    np.testing.assert_allclose(ratios, 0.25, rtol=1e-6)
+
+
 def test_modelled_sigmas_do_not_depend_on_draws() -> None:
     errors, truth = drifting(), way(50)
     sigma = modelled_sigmas(errors, truth, np.zeros(51, dtype=np.int64))
@@ -55,7 +74,7 @@ def test_modelled_sigmas_do_not_depend_on_draws() -> None:
 def test_confidence_scales_what_is_told() -> None:
     truth, rng = way(50), np.random.default_rng
     _, honest = emulate(drifting(), truth, rng(0))
-    _, modest = emulate(drifting(confidence=np.array([2.0, 3.0])), truth, rng(0))
+    _, modest = emulate(drifting(confidence=np.tile([2.0, 3.0], (2, 1))), truth, rng(0))
     np.testing.assert_allclose(modest[:, :2, :2], 4 * honest[:, :2, :2], rtol=1e-12)
     np.testing.assert_allclose(modest[:, :2, 2], 6 * honest[:, :2, 2], rtol=1e-12)
     np.testing.assert_allclose(modest[:, 2, 2], 9 * honest[:, 2, 2], rtol=1e-12)
