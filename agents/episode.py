@@ -25,6 +25,11 @@ class Trial:
     task: Mapping[str, Any] = field(default_factory=dict)
     """Further arguments of `GoalNavEnv`; the driver's own come first."""
 
+    @property
+    def pose_latency(self) -> float:
+        """How late estimates arrive, s."""
+        return float(self.task.get("pose_latency", 0.0))
+
 
 @dataclass(frozen=True, slots=True)
 class Episode:
@@ -53,6 +58,8 @@ class Episode:
     """Root mean square over the steps of the distance between believed and true position."""
     lost: float
     """Share of the steps whose estimate was LOST."""
+    pose_latency: float = 0.0
+    """How late estimates arrived, s."""
 
 
 def run_trial(trial: Trial) -> Episode:
@@ -100,4 +107,5 @@ def _keep(trial: Trial, env: GoalNavEnv, driven: list[Step]) -> Episode:
         believed_distance_to_goal_m=float(last["believed_distance_to_goal"]),
         position_error_m=float(np.sqrt(np.mean([step.error**2 for step in driven]))),
         lost=float(np.mean([step.is_lost for step in driven])),
+        pose_latency=trial.pose_latency,
     )

@@ -29,6 +29,8 @@ class Score:
 
     policy: str
     estimator: str
+    pose_latency: float
+    """How late estimates arrived, s."""
     episodes: int
     success: float
     success_low: float
@@ -79,6 +81,7 @@ def score(episodes: Sequence[Episode], baseline: Sequence[Episode]) -> Score:
     return Score(
         policy=mine[0].policy,
         estimator=mine[0].estimator,
+        pose_latency=mine[0].pose_latency,
         episodes=len(mine),
         success=float(success.mean()),
         success_low=success_low,
@@ -120,6 +123,58 @@ def interval(values: Array) -> tuple[float, float]:
 
 
 @dataclass(frozen=True, slots=True)
+class Contrast:
+    """What a driver gains over another one, under the same estimator in the same episodes."""
+
+    policy: str
+    against: str
+    """The other driver."""
+    estimator: str
+    pose_latency: float
+    spl_gain: float
+    """SPL of the driver minus SPL of the other one; `_low` and `_high` hold 95 % of resamples."""
+    spl_gain_low: float
+    spl_gain_high: float
+    success_gain: float
+    """The same of success."""
+    success_gain_low: float
+    success_gain_high: float
+
+
+def contrast(episodes: Sequence[Episode], others: Sequence[Episode]) -> Contrast:
+    """Compare two drivers.
+
+    Args:
+        episodes: of one driver, of different seeds.
+        others: of the other driver, of the same seeds.
+
+    Raises:
+        ValueError: there are none, or their seeds differ.
+    """
+    mine, theirs = _by_seed(episodes), _by_seed(others)
+    if not mine or [e.seed for e in mine] != [e.seed for e in theirs]:
+        raise ValueError(
+            "drivers are compared in the same episodes; got seeds "
+            f"{[e.seed for e in mine]} and {[e.seed for e in theirs]}"
+        )
+    spl, success = (_values(mine, name) - _values(theirs, name) for name in ("spl", "success"))
+    spl_low, spl_high = interval(spl)
+    success_low, success_high = interval(success)
+    return Contrast(
+        policy=mine[0].policy,
+        against=theirs[0].policy,
+        estimator=mine[0].estimator,
+        pose_latency=mine[0].pose_latency,
+        spl_gain=float(spl.mean()),
+        spl_gain_low=spl_low,
+        spl_gain_high=spl_high,
+        success_gain=float(success.mean()),
+        success_gain_low=success_low,
+        success_gain_high=success_high,
+    )
+
+
+@dataclass(frozen=True, slots=True)
 class Gap:
     """How well estimators' order by error on a replayed drive tells that by SPL in the loop."""
 
@@ -132,15 +187,24 @@ class Gap:
     """Kendall's tau-b between the two: 1 the same order, -1 the reverse; None where all are equal
     in one of them."""
     p_value: float | None
+    pose_latency: float = 0.0
+    """s"""
 
 
-def open_closed_gap(policy: str, ate: Mapping[str, float], spl: Mapping[str, float]) -> Gap:
+def open_closed_gap(
+    policy: str,
+    ate: Mapping[str, float],
+    spl: Mapping[str, float],
+    *,
+    pose_latency: float = 0.0,
+) -> Gap:
     """Rank estimators both ways.
 
     Args:
         policy: whose loop it is.
         ate: absolute trajectory error by estimator, m.
         spl: in the loop.
+        pose_latency: how late estimates arrived, s.
 
     Raises:
         ValueError: fewer than two estimators, or not the same ones.
@@ -159,6 +223,7 @@ def open_closed_gap(policy: str, ate: Mapping[str, float], spl: Mapping[str, flo
         tuple(sorted(names, key=lambda name: -spl[name])),
         None if tied else float(found.statistic),
         None if tied else float(found.pvalue),
+        pose_latency,
     )
 
 

@@ -26,14 +26,17 @@ class Evaluate:
 
     grouser evaluate --policy pursuit straight --world room --goals 3 --episodes 50
 
-    grouser evaluate --policy pursuit --pose-latency 0.5 --open-loop
+    grouser evaluate --policy pursuit --goals 3 --open-loop
+
+    grouser evaluate --pose-latency 0 0.1 0.2 0.4 0.8
 
     grouser evaluate --policy runs/ppo/policy.zip --output results/ppo --resume
     """
 
     policy: Annotated[tuple[str, ...], _arg("NAME ...")] = ("pretrained",)
     """Who drives: pretrained (default), a classical driver (straight, pursuit, dynamic-window), or
-    the file of a trained one. Several are scored one after another, for a train-deploy matrix."""
+    the file of a trained one. Several are scored in the same episodes, for a train-deploy matrix,
+    and the others are compared with the first."""
     estimators: Annotated[tuple[str, ...], _arg("NAME ...")] = (
         "ground-truth",
         "dead-reckoning",
@@ -55,8 +58,9 @@ class Evaluate:
     """Goals to reach in an episode, one after another; 1 by default."""
     time_limit: Annotated[float, _arg("S")] = 100.0
     """For each goal, s; 100 by default."""
-    pose_latency: Annotated[float, _arg("S")] = 0.0
-    """How late estimates arrive, s; 0 by default."""
+    pose_latency: Annotated[tuple[float, ...], _arg("S ...")] = (0.0,)
+    """How late estimates arrive, s of simulated time; 0 by default. Several make a sweep, with a
+    plot of SPL over latency."""
     difficulty: Annotated[float | None, _arg("0..1")] = None
     """How hard the world is; 0.5 by default."""
     terrain: Annotated[str | None, _arg("NAME")] = None
@@ -78,6 +82,8 @@ class Evaluate:
     """Address of a Ray cluster that runs them instead, "auto" or host:port."""
     output: Annotated[Path | None, _arg("DIR")] = None
     """Folder for the results; by default a new one, results/evaluate-..."""
+    no_plots: bool = False
+    """Do without the PNG plot of a sweep of latencies."""
     resume: bool = False
     """Complete the results in --output: episodes that are there are not run again."""
 

@@ -1,9 +1,10 @@
 """The folder of an evaluation, which grows by an episode at a time.
 
-results.json    a list with an object an estimator (and driver): its scores
+results.json    a list with an object an estimator (and driver, and latency): its scores
 episodes.json   a list with an object an episode
 open_loop.json  a list with an object an estimator and drive that it watched: its error
 gap.json        a list with an object a driver: both orders of the estimators, Kendall's tau
+drivers.json    a list with an object an estimator and driver: what it gains over the first driver
 settings.json   what all of it has in common
 """
 
@@ -13,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from grouser.agents.episode import Episode, Trial
-from grouser.agents.evaluation import Gap, Score
+from grouser.agents.evaluation import Contrast, Gap, Score
 from grouser.estimators.evaluation.folder import (
     HELD,
     Settings,
@@ -23,8 +24,8 @@ from grouser.estimators.evaluation.folder import (
     write_settings,
 )
 
-Key = tuple[str, str, int]
-"""Driver, estimator and seed: what an episode is known by within a folder."""
+Key = tuple[str, str, float, int]
+"""Driver, estimator, latency and seed: what an episode is known by within a folder."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +36,7 @@ class Watched:
     estimator: str
     seed: int
     ate_m: float
+    pose_latency: float = 0.0
 
 
 class EvaluationFolder:
@@ -66,11 +68,15 @@ class EvaluationFolder:
             self.watched[key_of(done)] = done
             self._write("open_loop.json", _sorted(self.watched))
 
-    def report(self, scores: Sequence[Score], gaps: Sequence[Gap]) -> None:
+    def report(
+        self, scores: Sequence[Score], gaps: Sequence[Gap], contrasts: Sequence[Contrast]
+    ) -> None:
         """Keep what follows from all of it."""
         self._write("results.json", scores)
         if gaps:
             self._write("gap.json", gaps)
+        if contrasts:
+            self._write("drivers.json", contrasts)
 
     def _write(self, name: str, values: Sequence[Any]) -> None:
         self.path.mkdir(parents=True, exist_ok=True)
@@ -91,7 +97,7 @@ class EvaluationFolder:
 
 def key_of(what: Trial | Episode | Watched) -> Key:
     """What it is known by."""
-    return what.policy, what.estimator, what.seed
+    return what.policy, what.estimator, what.pose_latency, what.seed
 
 
 def _sorted(kept: dict[Key, Any]) -> list[Any]:

@@ -6,7 +6,7 @@ from pathlib import Path
 from rich import box
 from rich.table import Table
 
-from grouser.agents.evaluation import Gap, Score
+from grouser.agents.evaluation import Contrast, Gap, Score
 
 _COLUMNS: tuple[tuple[str, Callable[[Score], str]], ...] = (
     ("ok\n%", lambda s: f"{100 * s.success:.0f}"),
@@ -37,23 +37,52 @@ def score_table(scores: Sequence[Score], title: str) -> Table:
         padding=0,
     )
     with_driver = len({s.policy for s in scores}) > 1
-    columns = [c for c in _COLUMNS if not (with_driver and c[0] in _SPARED)]
+    with_latency = len({s.pose_latency for s in scores}) > 1
+    columns = [c for c in _COLUMNS if not ((with_driver or with_latency) and c[0] in _SPARED)]
+    names = short_names([s.policy for s in scores])
     if with_driver:
         table.add_column("driver", no_wrap=True)
     table.add_column("estimator", no_wrap=True)
+    if with_latency:
+        table.add_column("late\ns", justify="right", no_wrap=True)
     for heading, _ in columns:
         table.add_column(heading, justify="right", no_wrap=True)
     for s in scores:
         cells = [cell(s) for _, cell in columns]
-        table.add_row(*([Path(s.policy).name] if with_driver else []), s.estimator, *cells)
+        driver = [names[s.policy]] if with_driver else []
+        latency = [f"{s.pose_latency:g}"] if with_latency else []
+        table.add_row(*driver, s.estimator, *latency, *cells)
     return table
+
+
+def short_names(policies: Sequence[str]) -> dict[str, str]:
+    """Drivers' names for a table: of a file its folder's, where several have the same."""
+    files = {name: Path(name) for name in policies}
+    alike = [path.name for path in files.values()]
+    return {
+        name: path.parent.name if alike.count(path.name) > 1 and path.parent.name else path.name
+        for name, path in files.items()
+    }
+
+
+def contrast_words(contrast: Contrast) -> str:
+    """A line on what a driver gains over the first one."""
+    names = short_names([contrast.against, contrast.policy])
+    late = f", {contrast.pose_latency:g} s late" if contrast.pose_latency else ""
+    return (
+        f"{names[contrast.policy]} over {names[contrast.against]}, {contrast.estimator}{late}: SPL "
+        f"{contrast.spl_gain:+.3f} ({contrast.spl_gain_low:+.3f} .. {contrast.spl_gain_high:+.3f})"
+        f", success {contrast.success_gain:+.3f} ({contrast.success_gain_low:+.3f} .. "
+        f"{contrast.success_gain_high:+.3f})"
+    )
 
 
 def gap_words(gap: Gap) -> str:
     """A few lines on the open-closed gap."""
+    late = f", {gap.pose_latency:g} s late" if gap.pose_latency else ""
     tau = "none, for all are equal" if gap.kendall_tau is None else f"{gap.kendall_tau:+.2f}"
     return (
-        f"{gap.policy}: Kendall's tau between both orders {tau}\n"
+        f"{gap.policy}{late}: Kendall's tau between both orders {tau}\n"
         f"  by error on a replayed drive: {', '.join(gap.by_ate)}\n"
         f"  by SPL in the loop:           {', '.join(gap.by_spl)}"
     )

@@ -4,6 +4,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +14,22 @@ from rich.console import Console
 from grouser import __version__
 from grouser.agents.drivers import make_driver
 from grouser.agents.episode import Episode, Trial, goal_task, run_trial
-from grouser.agents.evaluation import BASELINE, Gap, Score, open_closed_gap, score
+from grouser.agents.evaluation import (
+    BASELINE,
+    Contrast,
+    Gap,
+    Score,
+    contrast,
+    open_closed_gap,
+    score,
+)
 from grouser.agents.open_loop import replayed_ate
+from grouser.estimators.evaluation.plots import require_matplotlib
 from grouser.scripts.compare_world import world_options
 from grouser.scripts.evaluate import Evaluate
 from grouser.scripts.evaluate_folder import EvaluationFolder, Watched, key_of
-from grouser.scripts.evaluate_table import gap_words, score_table
+from grouser.scripts.evaluate_plot import plot_latencies
+from grouser.scripts.evaluate_table import contrast_words, gap_words, score_table
 from grouser.scripts.ray_cluster import require_cluster
 from grouser.scripts.sweep import sweep
 from grouser.scripts.terminal import progress, table_console
@@ -49,7 +60,8 @@ def do_piece(piece: Piece) -> Episode | Watched:
     trial = piece.trial
     if not piece.watch:
         return run_trial(trial)
-    return Watched(trial.policy, trial.estimator, trial.seed, replayed_ate(trial))
+    ate = replayed_ate(trial)
+    return Watched(trial.policy, trial.estimator, trial.seed, ate, trial.pose_latency)
 
 
 def _check(options: Evaluate) -> None:
@@ -62,17 +74,23 @@ def _check(options: Evaluate) -> None:
         raise UsageError(f"--seed must be at least 0, got {options.seed}")
     if options.resume and options.output is None:
         raise UsageError("--resume needs --output: the folder of the results to complete")
-    if not options.policy or not options.estimators:
-        raise UsageError("--policy and --estimators take one name or more")
-    for policy in options.policy:
+    if not options.policy or not options.estimators or not options.pose_latency:
+        raise UsageError("--policy, --estimators and --pose-latency take one value or more")
+    for policy, latency in product(options.policy, options.pose_latency):
         for estimator in _driven(options):
-            goal_task(make_driver(policy), estimator, task_of(options)).close()
+            goal_task(make_driver(policy), estimator, task_of(options, latency)).close()
+    if _is_sweep(options) and not options.no_plots:
+        require_matplotlib()
     if options.ray is not None:
         require_cluster(options.ray)
 
 
-def task_of(options: Evaluate) -> dict[str, Any]:
+def task_of(options: Evaluate, pose_latency: float) -> dict[str, Any]:
     """The arguments of `GoalNavEnv`, but those that the driver or the estimator decides."""
+    return {**_common_task(options), "pose_latency": pose_latency}
+
+
+def _common_task(options: Evaluate) -> dict[str, Any]:
     robot = world_options(
         difficulty=options.difficulty,
         terrain=options.terrain,
@@ -86,14 +104,13 @@ def task_of(options: Evaluate) -> dict[str, Any]:
         "world": options.world,
         "goals": options.goals,
         "time_limit": options.time_limit,
-        "pose_latency": options.pose_latency,
         "robot": robot,
     }
 
 
 def _settings(options: Evaluate) -> dict[str, Any]:
-    """More episodes, estimators or drivers may be added to a folder; its task stays."""
-    return {"grouser": __version__, **task_of(options)}
+    """More episodes, estimators, drivers or latencies may be added to a folder; its task stays."""
+    return {"grouser": __version__, **_common_task(options)}
 
 
 def _output(options: Evaluate) -> Path:
@@ -113,12 +130,11 @@ def _seeds(options: Evaluate) -> range:
 
 def pieces_of(options: Evaluate, folder: EvaluationFolder) -> list[Piece]:
     """What is still to be done, an episode of every estimator before the next one of any."""
-    task = task_of(options)
     pieces = []
     for seed in _seeds(options):
-        for policy in options.policy:
+        for policy, latency in product(options.policy, options.pose_latency):
             for estimator in _driven(options):
-                trial = Trial(policy, estimator, seed, task)
+                trial = Trial(policy, estimator, seed, task_of(options, latency))
                 if key_of(trial) not in folder.episodes:
                     pieces.append(Piece(trial, watch=False))
                 if options.open_loop and key_of(trial) not in folder.watched:
@@ -142,55 +158,86 @@ def _work(options: Evaluate, folder: EvaluationFolder) -> bool:
 
 def _report(options: Evaluate, folder: EvaluationFolder, console: Console) -> None:
     scores = scores_of(options, folder)
-    gaps = gaps_of(options, folder, scores)
     if not scores:
         console.print("interrupted before every estimator had an episode: there are no scores")
         return
-    folder.report(scores, gaps)
+    gaps, contrasts = gaps_of(options, folder, scores), contrasts_of(options, folder)
+    folder.report(scores, gaps, contrasts)
     console.print(score_table(scores, f"{options.world}, {options.goals} goal(s) an episode"))
-    for gap in gaps:
-        console.print(gap_words(gap))
+    for words in (*map(gap_words, gaps), *map(contrast_words, contrasts)):
+        console.print(words)
+    if _is_sweep(options) and not options.no_plots:
+        console.print(f"plot: {plot_latencies(folder.path, scores)}")
     console.print(f"{len(folder.episodes)} episodes in {folder.path}: results.json, episodes.json")
 
 
+def _is_sweep(options: Evaluate) -> bool:
+    return len(set(options.pose_latency)) > 1
+
+
 def scores_of(options: Evaluate, folder: EvaluationFolder) -> list[Score]:
-    """A score for every driver and estimator that was asked for, over the episodes that all of
-    them have finished."""
+    """A score for every driver, latency and estimator that was asked for, over the episodes that
+    all estimators have finished."""
     scores = []
-    for policy in options.policy:
-        seeds = [
-            seed
-            for seed in _seeds(options)
-            if all((policy, name, seed) in folder.episodes for name in _driven(options))
-        ]
-        of_estimator = {
-            name: [folder.episodes[policy, name, seed] for seed in seeds]
-            for name in _driven(options)
-        }
+    for policy, latency in product(options.policy, options.pose_latency):
+        seeds = _finished(options, folder, (policy,), latency)
         if seeds:
-            truth = of_estimator[BASELINE]
-            scores += [score(of_estimator[name], truth) for name in options.estimators]
+            truth = _episodes(folder, policy, BASELINE, latency, seeds)
+            scores += [
+                score(_episodes(folder, policy, name, latency, seeds), truth)
+                for name in options.estimators
+            ]
     return scores
+
+
+def contrasts_of(options: Evaluate, folder: EvaluationFolder) -> list[Contrast]:
+    """What every other driver gains over the first, over the episodes that all have finished."""
+    first, *others = options.policy
+    contrasts = []
+    for policy, latency in product(others, options.pose_latency):
+        seeds = _finished(options, folder, (first, policy), latency)
+        for name in options.estimators if seeds else ():
+            mine, theirs = (_episodes(folder, who, name, latency, seeds) for who in (policy, first))
+            contrasts.append(contrast(mine, theirs))
+    return contrasts
+
+
+def _finished(
+    options: Evaluate, folder: EvaluationFolder, policies: Sequence[str], latency: float
+) -> list[int]:
+    """Seeds of which these drivers have an episode with every estimator."""
+    pairs = list(product(policies, _driven(options)))
+    return [
+        seed
+        for seed in _seeds(options)
+        if all((policy, name, latency, seed) in folder.episodes for policy, name in pairs)
+    ]
+
+
+def _episodes(
+    folder: EvaluationFolder, policy: str, estimator: str, latency: float, seeds: Sequence[int]
+) -> list[Episode]:
+    return [folder.episodes[policy, estimator, latency, seed] for seed in seeds]
 
 
 def gaps_of(options: Evaluate, folder: EvaluationFolder, scores: Sequence[Score]) -> list[Gap]:
     """The open-closed gap of every driver, where it was asked for; the true pose takes no part."""
-    if not options.open_loop:
-        return []
     gaps = []
-    for policy in options.policy:
-        spl = {s.estimator: s.spl for s in scores if s.policy == policy}
+    for policy, latency in (
+        product(options.policy, options.pose_latency) if options.open_loop else ()
+    ):
+        spl = {
+            s.estimator: s.spl for s in scores if (s.policy, s.pose_latency) == (policy, latency)
+        }
         spl.pop(BASELINE, None)
         if len(spl) > 1:
-            gaps.append(open_closed_gap(policy, _mean_ates(options, folder, policy, spl), spl))
+            ates = {name: _mean_ate(options, folder, policy, name, latency) for name in spl}
+            gaps.append(open_closed_gap(policy, ates, spl, pose_latency=latency))
     return gaps
 
 
-def _mean_ates(
-    options: Evaluate, folder: EvaluationFolder, policy: str, estimators: Sequence[str] | Any
-) -> dict[str, float]:
-    keys = {name: [(policy, name, seed) for seed in _seeds(options)] for name in estimators}
-    return {
-        name: float(np.mean([folder.watched[key].ate_m for key in of if key in folder.watched]))
-        for name, of in keys.items()
-    }
+def _mean_ate(
+    options: Evaluate, folder: EvaluationFolder, policy: str, estimator: str, latency: float
+) -> float:
+    keys = [(policy, estimator, latency, seed) for seed in _seeds(options)]
+    return float(np.mean([folder.watched[key].ate_m for key in keys if key in folder.watched]))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from grouser.agents.episode import Episode
-from grouser.agents.evaluation import interval, open_closed_gap, score
+from grouser.agents.evaluation import contrast, interval, open_closed_gap, score
 
 EPISODE = Episode(
     policy="pursuit",
@@ -57,6 +57,19 @@ def test_the_price_is_paired_by_seed_whatever_the_order() -> None:
     # Episodes differ much, the two in each little: paired, the price is known well.
     assert scored.price_low == pytest.approx(0.1) == scored.price_high
     assert scored.spl_high - scored.spl_low > 0.1
+
+
+def test_drivers_are_compared_in_the_same_episodes() -> None:
+    rng = np.random.default_rng(0)
+    hard = rng.random(40)
+    worse = [replace(EPISODE, seed=k, spl=float(hard[k]) - 0.2) for k in range(40)]
+    better = [replace(EPISODE, policy="learned", seed=k, spl=float(hard[k])) for k in range(40)]
+    found = contrast(better[::-1], worse)
+    assert (found.policy, found.against) == ("learned", "pursuit")
+    assert found.spl_gain_low == pytest.approx(0.2) == found.spl_gain_high
+    assert found.success_gain == found.success_gain_low == found.success_gain_high == 0
+    with pytest.raises(ValueError, match=r"in the same episodes; got seeds \[0\] and \[0, 1\]"):
+        contrast(seeded([EPISODE]), seeded([EPISODE, CRASH]))
 
 
 def test_ground_truth_costs_nothing() -> None:

@@ -100,6 +100,41 @@ def test_the_gap_is_told_for_each_driver(
     assert "Kendall's tau between both orders" in said and "…" not in said
 
 
+def test_latencies_make_objects_and_a_plot_of_their_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    common = [*FAST, "--episodes", 3, "--estimators", "ground-truth", "dead-reckoning"]
+    swept, alone = tmp_path / "swept", tmp_path / "alone"
+    assert run(*common, "--pose-latency", 0, 0.8, "--output", swept) == 0
+    assert "…" not in capsys.readouterr().out, "the table is cropped"
+    assert (swept / "latency.png").stat().st_size > 10_000
+    told = read(swept)
+    assert [(s["estimator"], s["pose_latency"]) for s in told] == [
+        (name, late) for late in (0.0, 0.8) for name in ("ground-truth", "dead-reckoning")
+    ]
+    assert told[2]["position_error_m"] > told[0]["position_error_m"] + 0.1
+    assert run(*common, "--output", alone) == 0
+    assert read(alone) == told[:2]
+    assert not (alone / "latency.png").exists()
+    assert run(*common, "--pose-latency", 0, 0.8, "--output", alone, "--resume") == 0
+    assert read(alone) == told
+
+
+def test_drivers_are_contrasted_with_the_first(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    drivers = ["--policy", "straight", "pursuit", *FAST[2:], "--world", "room"]
+    names = ["--estimators", "ground-truth", "emulated:icr-ekf"]
+    assert run(*drivers, *names, "--episodes", 3, "--output", tmp_path / "a") == 0
+    scores = {(s["policy"], s["estimator"]): s for s in read(tmp_path / "a")}
+    for gain in read(tmp_path / "a", "drivers.json"):
+        assert (gain["policy"], gain["against"]) == ("pursuit", "straight")
+        mine, other = (scores[who, gain["estimator"]] for who in ("pursuit", "straight"))
+        assert gain["spl_gain"] == pytest.approx(mine["spl"] - other["spl"])
+        assert gain["spl_gain_low"] <= gain["spl_gain"] <= gain["spl_gain_high"]
+    assert "pursuit over straight, emulated:icr-ekf: SPL" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -107,6 +142,7 @@ def test_the_gap_is_told_for_each_driver(
         (["--episodes", "0"], "--episodes must be at least 1, got 0"),
         (["--seed", "-1"], "--seed must be at least 0, got -1"),
         (["--estimators", "one-point-ransack"], "one-point-ransac"),
+        (["--estimators", "emulated:icr-efk"], "no emulator of 'icr-efk' comes with Grouser"),
         (["--world", "yrad"], "yard"),
         (["--pose-latency", "-1"], "pose_latency must be 0 s or more"),
         (["--resume"], "--resume needs --output: the folder of the results to complete"),
