@@ -72,15 +72,35 @@ def mirrored(du: Array) -> Array:
 def mirrored_jacobian(du: Array, centres: Array) -> Array:
     """(3, 2) derivative of `mirrored(du) @ centres` with respect to the increments."""
     both, difference = float(du[0] + du[1]), float(du[1] - du[0])
-    by_middle, by_ahead = np.zeros(2), np.zeros(2)
+    by_middle = np.zeros(2)
     if abs(both) < abs(difference):
         by_middle = 2 * np.array([du[1], -du[0]]) / difference**2
-    reach = math.hypot(both, 2 * difference)
-    if reach > 0:
-        by_ahead = 4 * difference / reach**3 * np.array([difference + both, difference - both])
     y_left, y_right, x = centres.tolist()
     middle = (y_left + y_right) / 2
-    return np.array([middle * by_middle, middle * by_middle, x * by_ahead])
+    return np.array([middle * by_middle, middle * by_middle, x * _ahead_slope(du)])
+
+
+def on_the_spot(du: Array) -> float:
+    """How much of a course is a turn on the spot: 1 there, 0 straight on.
+
+    The effective width grows with it: by a twentieth in our simulation, where the width by
+    0.58 m + 0.026 m times this is right to 2 mm from the spot to curves of 3 m.
+    """
+    return 1.0 - abs(_courses(du)[1])
+
+
+def on_the_spot_slope(du: Array) -> Array:
+    """(2,) derivative of `on_the_spot` with respect to the increments."""
+    return -math.copysign(1.0, _courses(du)[1]) * _ahead_slope(du)
+
+
+def _ahead_slope(du: Array) -> Array:
+    """(2,) derivative of the second of `_courses` with respect to the increments."""
+    both, difference = float(du[0] + du[1]), float(du[1] - du[0])
+    reach = math.hypot(both, 2 * difference)
+    if reach == 0:
+        return np.zeros(2)
+    return 4 * difference / reach**3 * np.array([difference + both, difference - both])
 
 
 def _courses(du: Array) -> tuple[float, float]:

@@ -1,10 +1,13 @@
 """What a filter knows of tracks that turn about unknown centres: increments, and their errors.
 
-Six constant errors: how far the three centres of rotation (see `icr_motion`) lie from where they
+Seven constant errors: how far the three centres of rotation (see `icr_motion`) lie from where they
 are expected, which Martinez and Mandow (2005) calibrate, and Pentzer, Brennan and Reichard
 ("Model-based prediction of skid-steer robot kinematics using online estimation of track
 instantaneous centers of rotation", J. Field Robotics 31, 2014) estimate online; and the scale
-errors of the tracks and a slip across, which a straight drive tells apart from them.
+errors of the tracks and a slip across, which a straight drive tells apart from them; and how much
+farther apart the centres are on the spot. Without that one a gyroscope's bias would have to explain
+why a robot turns less there than the width that curves told: it then grew wrong with every turn on
+the spot, and heading with it.
 """
 
 from dataclasses import dataclass
@@ -19,6 +22,8 @@ from grouser.estimators.icr_motion import (
     icr_twist_jacobians,
     mirrored,
     mirrored_jacobian,
+    on_the_spot,
+    on_the_spot_slope,
 )
 from grouser.estimators.track_motion import SideSlip, TrackNoise, reported_increments
 from grouser.estimators.visual.constant_errors import ConstantErrors
@@ -26,7 +31,9 @@ from grouser.estimators.visual.prediction import Increment, MotionPredictor
 from grouser.geometry import Array, exp
 from grouser.rig import TrackGeometry
 
-_CENTRES, _SCALES, _SIDE = slice(0, 3), slice(3, 5), 5
+_CENTRES, _SCALES, _SIDE, _SPOT = slice(0, 3), slice(3, 5), 5, 6
+_APART = np.array([0.5, -0.5, 0.0])
+"""What a metre of width adds to each centre."""
 _TOLD = ("icr_left", "icr_right", "icr_x", "effective_width")
 
 
@@ -48,6 +55,11 @@ class IcrOptions:
     """Of the motion across, m per m along: on a slope the robot slides to one side."""
     side_walk: float = 5e-4
     """How far that wanders in one frame."""
+    spot_sigma: float = 0.05
+    """By how much farther the centres are apart on the spot than straight on, as a share of the
+    effective width; 0 gives the kinematics of the papers."""
+    spot_walk: float = 2e-4
+    """How far that wanders in one frame, m."""
     track_noise: float = 0.015
     """White noise of a track's increment, as a share of it."""
     track_noise_floor: float = 2e-4
@@ -75,6 +87,8 @@ class IcrOptions:
             "scale_walk",
             "side_sigma",
             "side_walk",
+            "spot_sigma",
+            "spot_walk",
             "track_noise",
             "track_noise_floor",
             "transient_noise",
@@ -95,6 +109,8 @@ class IcrPredictor(MotionPredictor):
         centre, scale = options.centre_sigma * half, options.scale_sigma
         scale_walk = options.scale_walk if scale > 0 else 0.0
         side_walk = options.side_walk if options.side_sigma > 0 else 0.0
+        spot = options.spot_sigma * tracks.effective_width
+        spot_walk = options.spot_walk if spot > 0 else 0.0
         self.errors = ConstantErrors(
             (
                 "left ICR [m]",
@@ -103,9 +119,10 @@ class IcrPredictor(MotionPredictor):
                 "left scale",
                 "right scale",
                 "side slip",
+                "more width on the spot [m]",
             ),
-            np.array([centre, centre, options.ahead_sigma, scale, scale, options.side_sigma]),
-            np.array([far, far, far, scale_walk, scale_walk, side_walk]),
+            np.array([centre, centre, options.ahead_sigma, scale, scale, options.side_sigma, spot]),
+            np.array([far, far, far, scale_walk, scale_walk, side_walk, spot_walk]),
         )
         self._options = options
         self._noise = TrackNoise(options.track_noise, options.track_noise_floor)
@@ -120,16 +137,22 @@ class IcrPredictor(MotionPredictor):
         self._silent = 0
         du = measured * (1 + biases[_SCALES])
         of_left_curve, M = self._expected + biases[_CENTRES], self._course(du)
-        centres = M @ of_left_curve
+        spot = on_the_spot(du)
+        centres = M @ of_left_curve + spot * biases[_SPOT] * _APART
         twist = icr_twist(du, centres)
         twist_by_du, twist_by_centres = icr_twist_jacobians(du, centres)
         if self._options.mirrored:
             twist_by_du = twist_by_du + twist_by_centres @ mirrored_jacobian(du, of_left_curve)
+        by_width = twist_by_centres @ _APART
+        twist_by_du = twist_by_du + np.outer(by_width, biases[_SPOT] * on_the_spot_slope(du))
         across = _across(biases[_SIDE])
         by_twist, straight = across @ exp_jacobian(twist), exp(twist)
         by_du = by_twist @ twist_by_du
         by_side = [-straight[1], straight[0], 0.0]
-        by_biases = np.column_stack([by_twist @ twist_by_centres @ M, by_du * measured, by_side])
+        by_spot = by_twist @ by_width * spot
+        by_biases = np.column_stack(
+            [by_twist @ twist_by_centres @ M, by_du * measured, by_side, by_spot]
+        )
         covariance = self._covariance(du, measured - self._last, twist, by_du, by_twist)
         self._last, self._guess = measured.copy(), across @ straight
         return Increment(self._guess, covariance, by_biases)
@@ -148,10 +171,12 @@ class IcrPredictor(MotionPredictor):
 
     def tell(self, biases: Array, covariance: Array) -> dict[str, float]:
         """The centres of the present course and the effective width, each with its sigma, m."""
-        M = self._course(self._last * (1 + biases[_SCALES]))
-        by_centres = np.vstack([np.eye(3), [1.0, -1.0, 0.0]]) @ M
-        told = by_centres @ (self._expected + biases[_CENTRES])
-        sigmas = np.sqrt(np.diag(by_centres @ covariance[_CENTRES, _CENTRES] @ by_centres.T))
+        du = self._last * (1 + biases[_SCALES])
+        by_errors = np.column_stack([self._course(du), on_the_spot(du) * _APART])
+        by_errors = np.vstack([by_errors, by_errors[0] - by_errors[1]])
+        errors = [0, 1, 2, _SPOT]
+        told = by_errors @ (np.append(self._expected, 0.0) + biases[errors])
+        sigmas = np.sqrt(np.diag(by_errors @ covariance[np.ix_(errors, errors)] @ by_errors.T))
         named = dict(zip(_TOLD, told.tolist(), strict=True))
         return named | {f"{n}_sigma": s for n, s in zip(_TOLD, sigmas.tolist(), strict=True)}
 

@@ -79,6 +79,23 @@ def test_a_gyroscope_finds_the_width_too() -> None:
     assert abs(np.mean(last) / np.mean(truth) - 1) < 0.02
 
 
+def test_turns_on_the_spot_leave_the_gyroscopes_bias_alone() -> None:
+    """The robot turns less on the spot than curves tell: that is a width, and no bias."""
+    env = gym.make("grouser/TrackedRobot-v0", sensors=("tracks", "imu"), dynamics="fast")
+    seen, info = env.reset(seed=0)
+    observations = [seen]
+    course = [([0.9, 0.6], 40), ([0.6, 0.9], 40), ([0.3, -0.3], 60)] * 3
+    for action, n in course:
+        for _ in range(n):
+            seen, _, _, _, info = env.step(np.array(action, np.float32))
+            observations.append(seen)
+    last = run(make("icr-ekf", env.get_wrapper_attr("rig")), observations)[-1]
+    env.close()
+    off = abs(float(geometry.wrap(last.pose[2] - info["true_pose"][2])))
+    assert off < np.radians(3.0)  # 12 without a width of its own on the spot
+    assert abs(last.diagnostics["gyro_bias"]) < 1.5e-3
+
+
 def test_fixes_bound_the_position_and_make_it_track() -> None:
     rig, observations, infos = driven("grass", ("tracks", "imu", "gps"), 120)
     ill_informed = rig.with_overrides({"tracks.effective_width": 0.5, "gps.sigma_position": 0.5})
@@ -110,7 +127,9 @@ def test_on_a_straight_drive_the_width_does_not_become_certain_and_in_a_curve_it
 
 def test_without_a_source_it_is_dead_reckoning_that_is_honest_on_its_own_model() -> None:
     rng, runs = np.random.default_rng(0), 300
-    options = IcrOptions(centre_walk=0.0, scale_walk=0.0, side_walk=0.0, mirrored=False)
+    options = IcrOptions(
+        centre_walk=0.0, scale_walk=0.0, side_walk=0.0, spot_sigma=0.0, mirrored=False
+    )
     commanded = np.repeat(CURVES, 8, axis=0)
     observations = [shown(np.zeros(2), 0)]
     observations += [shown(du, k) for k, du in enumerate(commanded, start=1)]

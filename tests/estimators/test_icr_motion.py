@@ -14,6 +14,8 @@ from grouser.estimators.icr_motion import (
     icr_twist_jacobians,
     mirrored,
     mirrored_jacobian,
+    on_the_spot,
+    on_the_spot_slope,
 )
 from grouser.estimators.track_motion import arc_pose, track_increment
 from grouser.geometry import Array, between, compose, exp, wrap
@@ -36,6 +38,8 @@ def test_jacobians_are_those_of_finite_differences(du: tuple[float, float]) -> N
     by_course = mirrored_jacobian(tracks, CENTRES)
     expected = slope(lambda d: mirrored(d) @ CENTRES, tracks, 1e-7)
     assert np.abs(by_course - expected).max() < 1e-6
+    by_spot = slope(lambda d: np.array([on_the_spot(d)]), tracks, 1e-7)
+    assert np.abs(on_the_spot_slope(tracks) - by_spot).max() < 1e-6
 
 
 @pytest.mark.parametrize("turn", [0.0, 1e-9, 1e-3, 0.2, -2.5])
@@ -56,6 +60,13 @@ def test_the_centres_rest_on_the_ground_while_they_move_with_their_tracks() -> N
         for track, y in zip(du, CENTRES[:2], strict=True):
             velocity = [forward - turn * y, left + turn * CENTRES[2]]  # of the point of the robot
             assert np.abs(np.array([track, 0.0]) - velocity).max() < 1e-15
+
+
+def test_only_turns_on_the_spot_are_wholly_so() -> None:
+    assert on_the_spot(np.array([-0.03, 0.03])) == on_the_spot(np.array([0.03, -0.03])) == 1
+    assert on_the_spot(np.array([0.04, 0.04])) == on_the_spot(np.array([-0.04, -0.04])) == 0
+    shares = [on_the_spot(np.array([left, 0.04])) for left in (-0.03, -0.01, 0.01, 0.02, 0.03)]
+    assert np.all(np.diff(shares) < 0)
 
 
 def test_a_mirrored_course_has_mirrored_centres() -> None:

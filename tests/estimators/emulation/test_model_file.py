@@ -21,7 +21,7 @@ def test_a_model_survives_its_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", fitted_names())
 def test_shipped_models_are_of_whom_they_say(name: str) -> None:
     model = load_model(name)
-    assert model.of == name and model.dt == pytest.approx(0.1) and model.runs >= 10
+    assert name.startswith(model.of) and model.dt == pytest.approx(0.1) and model.runs >= 10
 
 
 def test_five_estimators_come_with_a_model() -> None:
@@ -57,3 +57,13 @@ def test_wrong_names_and_files_are_explained(tmp_path: Path) -> None:
 def test_wrong_numbers_are_explained(changes: dict[str, object], words: str) -> None:
     with pytest.raises(ValueError, match=words):
         ErrorModel.from_json(drifting().to_json() | changes)
+
+
+def test_the_one_with_outages_is_lost_and_finds_its_way_again() -> None:
+    plain, outages = load_model("ekf-line-slam"), load_model("ekf-line-slam-outages")
+    stays = np.diag(outages.transitions)
+    assert plain.transitions[0, 0] == 1 and 0.9 < stays[0] < 1 and 0.9 < stays[1] < 1
+    assert outages.transitions[1, 2] > 0 and stays[2] < 1  # LOST, and not for good
+    assert (outages.recovery > 0.5).all()
+    blind, seeing = outages.growth[1].sum(), outages.growth[0].sum()
+    assert blind > 3 * seeing
