@@ -13,6 +13,7 @@ from grouser.scripts.calibrate import Calibrate
 from grouser.scripts.compare import Compare
 from grouser.scripts.evaluate import Evaluate
 from grouser.scripts.fit_emulator import FitEmulator
+from grouser.scripts.fit_motion import FitMotion
 from grouser.scripts.map import Map
 from grouser.scripts.montecarlo import MonteCarlo
 from grouser.scripts.reproduce import Reproduce
@@ -34,6 +35,7 @@ COMMANDS: dict[str, Callable[..., _Command]] = {
     "calibrate": Calibrate,
     "evaluate": Evaluate,
     "fit-emulator": FitEmulator,
+    "fit-motion": FitMotion,
     "train": Train,
     "map": Map,
     "watch": Watch,

@@ -4,12 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from grouser.envs.simulation.ground import Ground
 from grouser.envs.simulation.materials import MATERIALS
 from grouser.envs.simulation.robot import RobotModel, TrackedRobot
 from grouser.envs.simulation.tracks import TrackModel
-from grouser.envs.simulation.world import Boxes, World
 from grouser.geometry import Array
+from grouser.scripts.plain_world import plain_world
 from grouser.scripts.skid_steer_runs import DT, Run
 
 GAUGE = 0.555
@@ -19,7 +18,6 @@ WHEELBASE = 0.512
 """Between the axles, m."""
 SOILS = tuple(material.name for material in MATERIALS if material.name != "ice")
 
-_HALF_SIZE = 100.0
 _WHEEL_RADIUS = 0.165
 _WHEEL_CONTACT = 0.10
 _BEYOND = (0.03, 0.06)
@@ -62,7 +60,7 @@ def husky(tracks: TrackModel) -> RobotModel:
 def drive_again(run: Run, tracks: TrackModel, soil: str) -> Array:
     """(n, 2) positions of the simulated robot whose wheels do what the recorded ones did, m."""
     robot = TrackedRobot(husky(tracks), dt=DT, dynamics="fast")
-    motions = [robot.enter(_plain(soil))]
+    motions = [robot.enter(plain_world(soil))]
     half_difference = run.yaw_rate * GAUGE / 2
     for wheels in np.column_stack([run.speed - half_difference, run.speed + half_difference])[:-1]:
         motions.append(robot.step(wheels))
@@ -72,15 +70,3 @@ def drive_again(run: Run, tracks: TrackModel, soil: str) -> Array:
 def with_lateral_factor(tracks: TrackModel, factor: float) -> TrackModel:
     """The same with another ratio of lateral to longitudinal force."""
     return replace(tracks, lateral_factor=factor)
-
-
-def _plain(soil: str) -> World:
-    """Nothing but ground."""
-    return World(
-        name="plain",
-        solids=Boxes.none(),
-        n_walls=0,
-        ground=Ground.flat(_HALF_SIZE, soil),
-        start=np.zeros(3),
-        clear_radius=_HALF_SIZE,
-    )
