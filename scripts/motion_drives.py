@@ -30,7 +30,7 @@ MEASURES: Final[Mapping[str, str]] = {
 """What is compared, in words."""
 
 _HELD = 12
-"""Steps for which a command lasts: long enough to be steady, short enough to show the transients."""
+"""Steps for which a command lasts: long enough to be steady, short enough to show transients."""
 _TURNING = 0.05
 """m/s between the tracks: below, a yaw rate says little of them."""
 

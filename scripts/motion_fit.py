@@ -1,4 +1,4 @@
-"""The light model's ground, fitted to how Bullet's robot moves: it should come out as it went in."""
+"""The light model's ground, fitted to how Bullet's robot moves: it should come out as it is."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -63,11 +63,11 @@ def test_what_is_no_stall_is_none(events: list[tuple[float, float, float]]) -> N
 def test_who_is_seen_to_move_does_not_stall() -> None:
     tracks = TrackGeometry(gauge=0.4, width=0.08, effective_width=0.6)
     predictor = StallingPredictor(IcrPredictor(tracks, IcrOptions()), DT)
-    biases = np.zeros(6)
+    biases = np.zeros(7)
     for speed, force, rate in [(SPEED, 0.0, 0.0)] * 12 + list(STOP):
         increment = predictor.predict(shown(speed, 0.2 + force, rate), biases)
     assert not increment.pose.any() and not increment.by_biases.any()
-    assert predictor.tell(biases, np.eye(6))["stalled"] == 1
+    assert predictor.tell(biases, np.eye(7))["stalled"] == 1
     predictor.learn(np.array([0.001, 0.0, 0.0]))
     assert not predictor.predict(shown(SPEED, 0.2), biases).pose.any()
     predictor.learn(np.array([0.03, 0.0, 0.0]))
