@@ -202,20 +202,35 @@ def _bisect_all(A_B: Any, gx: float, gy: float, D: float, tolerance: float, seen
 
 @kernel
 def _solve_all(A_B: Any, gx: float, gy: float, D: float, seen: Any) -> None:
-    D2 = D * D
+    lanes = np.empty((6, _LANES))
+    for start in range(0, A_B.shape[0], _LANES):
+        end = min(start + _LANES, A_B.shape[0])
+        _solve(A_B[start:end], gx, gy, D * D, lanes, seen[start:end])
+
+
+@kernel
+def _solve(A_B: Any, gx: float, gy: float, D2: float, lanes: Any, seen: Any) -> None:
+    """Each coordinate of some segments laid together, and no branches: so the processor takes
+    several segments at once."""
+    x, y, bx, by, first, last = lanes[0], lanes[1], lanes[2], lanes[3], lanes[4], lanes[5]
     for i in range(A_B.shape[0]):
-        x, y = A_B[i, 0] - gx, A_B[i, 1] - gy
-        bx, by = A_B[i, 2] - A_B[i, 0], A_B[i, 3] - A_B[i, 1]
-        length2 = bx * bx + by * by
-        tf = -(x * bx + y * by) / length2 if length2 > 0.0 else 0.0
-        below = -_excess(x, y, bx, by, tf, D2)  # D^2 - h^2
-        seen[i, 0], seen[i, 1] = math.nan, math.nan
-        if below < 0.0:
-            continue
-        half = math.sqrt(below / length2) if length2 > 0.0 else 1.0
-        first, last = max(0.0, tf - half), min(1.0, tf + half)
-        if first <= last:
-            seen[i, 0], seen[i, 1] = first, last
+        x[i], y[i] = A_B[i, 0] - gx, A_B[i, 1] - gy
+        bx[i], by[i] = A_B[i, 2] - A_B[i, 0], A_B[i, 3] - A_B[i, 1]
+    for i in range(A_B.shape[0]):
+        length2 = bx[i] * bx[i] + by[i] * by[i]
+        divisor = length2 if length2 > 0.0 else 1.0
+        tf = -(x[i] * bx[i] + y[i] * by[i]) / divisor
+        below = -_excess(x[i], y[i], bx[i], by[i], tf, D2)  # D^2 - h^2
+        half = math.sqrt(abs(below) / divisor) if length2 > 0.0 else 1.0
+        low, high = max(0.0, tf - half), min(1.0, tf + half)
+        visible = (below >= 0.0) & (low <= high)
+        first[i], last[i] = low if visible else math.nan, high if visible else math.nan
+    for i in range(A_B.shape[0]):
+        seen[i, 0], seen[i, 1] = first[i], last[i]
+
+
+_LANES = 64
+"""Segments that fit into the nearest cache"""
 
 
 @kernel
