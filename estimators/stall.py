@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from grouser.estimators.base import Observation
+from grouser.estimators.inclination import GRAVITY
 from grouser.estimators.track_motion import reported_increments
 from grouser.estimators.visual.prediction import Increment, MotionPredictor
 from grouser.geometry import Array
 
-GRAVITY = 9.81
 _WINDOW, _BEFORE = 4, 10
 """Readings in which the speed is lost, and before, of which the accelerometer's mean is taken."""
 _LOST = (0.6, 1.6)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from grouser import geometry
 from grouser.estimators.base import Observation
+from grouser.estimators.inclination import GRAVITY
 from grouser.estimators.track_motion import arc_pose
 from grouser.geometry import Array
 from grouser.rig import Imu, Lidar, Rig, StereoCamera, TrackGeometry, camera_mount
@@ -49,7 +50,6 @@ RIG = Rig(
 
 ROOM_LOW, ROOM_HIGH = np.array([-3.0, -3.5, 0.0]), np.array([6.0, 3.5, 2.4])  # m
 SPEED, TURN_RATE = 0.5, 0.15  # m/s, rad/s
-GRAVITY = 9.81
 _TEXEL = 0.01  # m
 _DETAIL = 0.06  # m: paint finer than a pixel's footprint fades, or it would shimmer
 
