@@ -12,6 +12,7 @@ from grouser.estimators.visual.base import FrameT, Frontend, KeyframeT
 from grouser.estimators.visual.constant_errors import ConstantErrors
 from grouser.estimators.visual.disparity_check import DisparityCheck
 from grouser.estimators.visual.fusion import Fused, RelativePose, nothing_yet
+from grouser.estimators.visual.glimpses import Glimpses
 from grouser.estimators.visual.keyframes import KeyframeRule
 from grouser.estimators.visual.levelling import levelling
 from grouser.estimators.visual.motion import chassis_pose
@@ -26,7 +27,6 @@ from grouser.estimators.visual.single_pose import (
     compose,
     compose_jacobians,
 )
-from grouser.estimators.visual.stillness import contradicted
 from grouser.estimators.visual.structure import OffsetEvidence
 from grouser.geometry import Array
 
@@ -98,11 +98,12 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         self._predictor = self._make_predictor(observation)
         self._filter = self._make_filter(self._predictor.errors)
         self._frontend.reset()
+        self._glimpses = Glimpses()
         self._start_from(self._frontend.extract(observation), np.eye(4))
         self._check = DisparityCheck()
         self._doubtful = self._stood = False
         self._failures = 0
-        self._last_seen = float(observation["stamp"][0])
+        self._last_seen = self._looked_at = float(observation["stamp"][0])
         return PoseEstimate(
             pose=np.zeros(3),
             covariance=np.zeros((3, 3)),
@@ -120,14 +121,16 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         """
         if self._rng is None:
             raise RuntimeError("call reset() with the first observation before update()")
-        started = time.perf_counter()
+        started, stamp = time.perf_counter(), float(observation["stamp"][0])
         frame = self._frontend.extract(observation)
         extracted = time.perf_counter()
         increment, expected = self._predict(observation)
         sight = self._sight.look(self._keyframe, frame, expected, self._believe(), self._rng)
         looked = time.perf_counter()
         glimpse = None if sight.motion is None else sight.planar()
-        stands = self._stands(glimpse, increment)
+        self._glimpses.take(glimpse, stamp - self._looked_at)
+        self._looked_at = stamp
+        stands = self._glimpses.stand(increment)
         few = self._rule.sees_little(sight)
         # After standing, everything may be elsewhere: a few matches then are found by chance.
         # So they are where they fit as chance does, unless the tracks say the same.
@@ -136,17 +139,22 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         seen = None if stands or chance else glimpse
         self._stood = stands or (self._stood and seen is None)
         level = self._level(glimpse, sight)
+        doubtful = self._doubtful
         fused = self._fuse(seen, stands, level)
-        if fused.slipped and few and sight.fits_by_chance:
+        if fused.slipped and self._glimpses.jump():
+            # Points were mistaken for others, which says nothing against the tracks.
+            self._doubtful = doubtful
+            seen, fused = None, self._bridge(level, self._believed.pose)
+        elif fused.slipped and few and sight.fits_by_chance:
             # Against the tracks: neither is sure, both are covered.
-            seen, fused = None, self._doubt(level)
+            seen, fused = None, self._doubt(level, self._glimpses.last.pose)
         relative = self._filter.relative(fused) - level
         pose_3d = self._keyframe_pose_3d @ chassis_pose(relative, *sight.out_of_plane())
         if stands:
             self._expect_rest(increment)
         else:
             self._learn(relative, seen, expected)
-        status = self._status(seen, float(observation["stamp"][0]))
+        status = self._status(seen, stamp)
         age = self._predicted.frames
         diagnostics = {
             **sight.diagnostics,
@@ -164,15 +172,15 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         replaced = self._rule.replaces(relative, sight, frames=age, failures=self._failures)
         if replaced and not stands:
             self._filter.commit(fused)
-            evidence = self._sight.disparity_offset(sight)
+            evidence = None if seen is None else self._sight.disparity_offset(sight)
             self._check.take(evidence, self._filter)
-            self._on_keyframe(Leg(float(observation["stamp"][0]), seen, evidence))
+            self._on_keyframe(Leg(stamp, seen, evidence))
             self._start_from(frame, pose_3d)
         return PoseEstimate(
             pose=fused.state.pose.copy(),
             covariance=fused.state.covariance[:3, :3].copy(),
             status=status,
-            stamp=float(observation["stamp"][0]),
+            stamp=stamp,
             pose_3d=pose_3d,
             diagnostics=diagnostics,
         )
@@ -187,7 +195,7 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         self._keyframe_pose_3d = pose_3d.copy()
         self._predicted = nothing_yet(self._predictor.errors)
         self._believed = Expectation(np.zeros(3), np.zeros((3, 3)))
-        self._glimpsed = Expectation(np.zeros(3), np.zeros((3, 3)))
+        self._glimpses.start()
 
     def _predict(self, observation: Observation) -> tuple[Increment, Expectation]:
         """Takes the increment into the filter's prediction, and says where to search."""
@@ -199,17 +207,6 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         noise = increment.covariance + by_biases @ covariance_of_biases @ by_biases.T
         covariance = carried(F, self._believed.covariance, V, noise)
         return increment, Expectation(compose(self._believed.pose, increment.pose), covariance)
-
-    def _stands(self, glimpse: RelativePose | None, increment: Increment) -> bool:
-        """Whether vision sees no motion since the last frame, and the tracks do.
-
-        Total slip and a camera that shows the same again look alike; so does being carried.
-        """
-        if glimpse is None:
-            return False
-        before, self._glimpsed = self._glimpsed, Expectation(glimpse.pose, glimpse.covariance)
-        step = between(before.pose, glimpse.pose)
-        return contradicted(step, before.covariance + glimpse.covariance, increment)
 
     def _believe(self) -> MotionPrior:
         """The prior of the motion since the keyframe, from the prediction alone."""
@@ -231,11 +228,9 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
 
     def _fuse(self, seen: RelativePose | None, stands: bool, level: Array) -> Fused:
         self._doubtful |= stands
-        if seen is None and self._doubtful:
-            return self._doubt(level)
-        predicted = self._predicted.shifted(level)
         if seen is None:
-            return self._filter.coast(predicted)
+            return self._bridge(level, self._glimpses.last.pose)
+        predicted = self._predicted.shifted(level)
         seen = seen.shifted(level)
         if not predicted.measured:
             return self._filter.follow(seen, predicted.frames)
@@ -243,8 +238,15 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         self._doubtful = fused.slipped
         return fused
 
-    def _doubt(self, level: Array) -> Fused:
-        return self._filter.doubt(self._predicted.shifted(level), self._glimpsed.pose + level)
+    def _bridge(self, level: Array, last: Array) -> Fused:
+        """By the prediction; if that was wrong of late, the robot may as well be where it was last
+        seen, as seen from the keyframe (3,)."""
+        if self._doubtful:
+            return self._doubt(level, last)
+        return self._filter.coast(self._predicted.shifted(level))
+
+    def _doubt(self, level: Array, anchor: Array) -> Fused:
+        return self._filter.doubt(self._predicted.shifted(level), anchor + level)
 
     def _learn(self, relative: Array, seen: RelativePose | None, expected: Expectation) -> None:
         """What the next prediction starts from."""
@@ -259,7 +261,7 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
     def _expect_rest(self, increment: Increment) -> None:
         """The next frame may go on standing, or come to where the tracks say."""
         either = np.diag(increment.pose**2) + increment.covariance
-        self._believed = Expectation(self._glimpsed.pose, either)
+        self._believed = Expectation(self._glimpses.last.pose, either)
         self._failures = 0
 
     def _status(self, seen: RelativePose | None, stamp: float) -> Status:
