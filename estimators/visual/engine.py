@@ -48,6 +48,29 @@ class Leg:
     """Of the disparity offset; None where the points tell nothing."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Weighed:
+    """What may be believed of a sight, before it is compared with the tracks."""
+
+    seen: RelativePose | None
+    """None where vision fails, stands, or fits by chance."""
+    stands: bool
+    """No motion is seen where the tracks measured one."""
+    doubtful: bool
+    """Few points, which agree no better than wrong ones may."""
+    level: Array
+    """(3,) what the keyframe's tilt adds to all that is seen from it"""
+
+
+@dataclass(slots=True)
+class _Clock:
+    """When the stages of a frame ended, s."""
+
+    started: float
+    extracted: float = 0.0
+    looked: float = 0.0
+
+
 OnKeyframe = Callable[[Leg], None]
 
 
@@ -121,60 +144,26 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         """
         if self._rng is None:
             raise RuntimeError("call reset() with the first observation before update()")
-        started, stamp = time.perf_counter(), float(observation["stamp"][0])
+        clock = _Clock(started=time.perf_counter())
         frame = self._frontend.extract(observation)
-        extracted = time.perf_counter()
+        clock.extracted = time.perf_counter()
         increment, expected = self._predict(observation)
         sight = self._sight.look(self._keyframe, frame, expected, self._believe(), self._rng)
-        looked = time.perf_counter()
-        glimpse = None if sight.motion is None else sight.planar()
-        self._glimpses.take(glimpse, stamp - self._looked_at)
-        self._looked_at = stamp
-        stands = self._glimpses.stand(increment)
-        few = self._rule.sees_little(sight)
-        # After standing, everything may be elsewhere: a few matches then are found by chance.
-        # So they are where they fit as chance does, unless the tracks say the same.
-        alone = not self._predicted.measured
-        chance = few and (self._stood or (alone and sight.fits_by_chance))
-        seen = None if stands or chance else glimpse
-        self._stood = stands or (self._stood and seen is None)
-        level = self._level(glimpse, sight)
-        doubtful = self._doubtful
-        fused = self._fuse(seen, stands, level)
-        if fused.slipped and self._glimpses.jump():
-            # Points were mistaken for others, which says nothing against the tracks.
-            self._doubtful = doubtful
-            seen, fused = None, self._bridge(level, self._believed.pose)
-        elif fused.slipped and few and sight.fits_by_chance:
-            # Against the tracks: neither is sure, both are covered.
-            seen, fused = None, self._doubt(level, self._glimpses.last.pose)
-        relative = self._filter.relative(fused) - level
+        clock.looked = time.perf_counter()
+        stamp = float(observation["stamp"][0])
+        weighed = self._weigh(sight, increment, stamp)
+        seen, fused = self._combine(weighed)
+        relative = self._filter.relative(fused) - weighed.level
         pose_3d = self._keyframe_pose_3d @ chassis_pose(relative, *sight.out_of_plane())
-        if stands:
+        if weighed.stands:
             self._expect_rest(increment)
         else:
             self._learn(relative, seen, expected)
         status = self._status(seen, stamp)
-        age = self._predicted.frames
-        diagnostics = {
-            **sight.diagnostics,
-            **self._check.diagnostics,
-            **self._predictor.tell(*self._filter.of_predictor()),
-            "features": float(len(frame.points)),
-            "nis": fused.nis,
-            "slipped": float(fused.slipped),
-            "stands_still": float(stands),
-            "keyframe_age": float(age),
-            "ms_stereo": 1e3 * (extracted - started),
-            "ms_filter": 1e3 * (time.perf_counter() - looked),
-        }
-        # While vision stands, its last keyframe is the only one that is sure to be where it was.
-        replaced = self._rule.replaces(relative, sight, frames=age, failures=self._failures)
-        if replaced and not stands:
+        told = self._tell(sight, weighed, fused, clock) | {"features": float(len(frame.points))}
+        if self._outlived(relative, sight, weighed):
             self._filter.commit(fused)
-            evidence = None if seen is None else self._sight.disparity_offset(sight)
-            self._check.take(evidence, self._filter)
-            self._on_keyframe(Leg(stamp, seen, evidence))
+            self._end_leg(sight, seen, stamp)
             self._start_from(frame, pose_3d)
         return PoseEstimate(
             pose=fused.state.pose.copy(),
@@ -182,7 +171,7 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
             status=status,
             stamp=stamp,
             pose_3d=pose_3d,
-            diagnostics=diagnostics,
+            diagnostics=told,
         )
 
     def of_predictor(self) -> tuple[Array, Array]:
@@ -226,6 +215,34 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         levelling(self._keyframe_pose_3d, seen.pose, height, pitch, level)
         return level
 
+    def _weigh(self, sight: Sight, increment: Increment, stamp: float) -> _Weighed:
+        """What of a sight may be believed, by itself and by the sight before."""
+        glimpse = None if sight.motion is None else sight.planar()
+        self._glimpses.take(glimpse, stamp - self._looked_at)
+        self._looked_at = stamp
+        stands = self._glimpses.stand(increment)
+        few = self._rule.sees_little(sight)
+        doubtful = few and sight.fits_by_chance
+        # After standing, everything may be elsewhere: a few matches then are found by chance.
+        # So they are where they fit as chance does, unless the tracks say the same.
+        chance = (few and self._stood) or (doubtful and not self._predicted.measured)
+        seen = None if stands or chance else glimpse
+        self._stood = stands or (self._stood and seen is None)
+        return _Weighed(seen, stands, doubtful, self._level(glimpse, sight))
+
+    def _combine(self, weighed: _Weighed) -> tuple[RelativePose | None, Fused]:
+        """What is believed of vision beside the tracks, and the state with it."""
+        level, before = weighed.level, self._doubtful
+        fused = self._fuse(weighed.seen, weighed.stands, level)
+        if fused.slipped and self._glimpses.jump():
+            # Points were mistaken for others, which says nothing against the tracks.
+            self._doubtful = before
+            return None, self._bridge(level, self._believed.pose)
+        if fused.slipped and weighed.doubtful:
+            # Against the tracks: neither is sure, both are covered.
+            return None, self._doubt(level, self._glimpses.last.pose)
+        return weighed.seen, fused
+
     def _fuse(self, seen: RelativePose | None, stands: bool, level: Array) -> Fused:
         self._doubtful |= stands
         if seen is None:
@@ -263,6 +280,35 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         either = np.diag(increment.pose**2) + increment.covariance
         self._believed = Expectation(self._glimpses.last.pose, either)
         self._failures = 0
+
+    def _outlived(self, relative: Array, sight: Sight, weighed: _Weighed) -> bool:
+        """Whether the keyframe has served. While vision stands, it is the only one that is sure to
+        be where it was."""
+        frames, failures = self._predicted.frames, self._failures
+        replaced = self._rule.replaces(relative, sight, frames=frames, failures=failures)
+        return replaced and not weighed.stands
+
+    def _end_leg(self, sight: Sight, seen: RelativePose | None, stamp: float) -> None:
+        """What the way from the last keyframe to the next tells of the cameras."""
+        evidence = None if seen is None else self._sight.disparity_offset(sight)
+        self._check.take(evidence, self._filter)
+        self._on_keyframe(Leg(stamp, seen, evidence))
+
+    def _tell(
+        self, sight: Sight, weighed: _Weighed, fused: Fused, clock: _Clock
+    ) -> dict[str, float]:
+        """The diagnostics."""
+        return {
+            **sight.diagnostics,
+            **self._check.diagnostics,
+            **self._predictor.tell(*self._filter.of_predictor()),
+            "nis": fused.nis,
+            "slipped": float(fused.slipped),
+            "stands_still": float(weighed.stands),
+            "keyframe_age": float(self._predicted.frames),
+            "ms_stereo": 1e3 * (clock.extracted - clock.started),
+            "ms_filter": 1e3 * (time.perf_counter() - clock.looked),
+        }
 
     def _status(self, seen: RelativePose | None, stamp: float) -> Status:
         if seen is not None:
