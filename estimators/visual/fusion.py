@@ -83,12 +83,6 @@ class Accumulated:
         """The same with its pose shifted by (3,)."""
         return replace(self, pose=self.pose + by)
 
-    def slipped(self) -> "Accumulated":
-        """As uncertain, in any direction, as it is long: constant errors are lost in that."""
-        way, turn = np.hypot(self.pose[0], self.pose[1]), self.pose[2]
-        covariance = self.covariance + np.diag([way, way, turn]) ** 2
-        return replace(self, covariance=covariance, by_biases=np.zeros_like(self.by_biases))
-
 
 def nothing_yet(errors: ConstantErrors) -> Accumulated:
     """At the keyframe itself, for a predictor with these constant errors."""
@@ -167,13 +161,12 @@ class RelativeFilter:
         return Fused(state, np.nan, False)
 
     def fuse(self, predicted: Accumulated, measured: RelativePose) -> Fused:
-        """Both; where they disagree beyond the gate the tracks slipped: then they say no more than
-        how far the robot may have gone, which counts where vision sees little."""
+        """Both; where they disagree beyond the gate the tracks slipped, and vision wins."""
         fused = self._update(predicted, measured)
         if fused.nis <= SLIP_GATE:
             return fused
-        slipped = self._update(predicted.slipped(), measured)
-        return replace(slipped, nis=fused.nis, slipped=True)
+        followed = self.follow(measured, predicted.frames)
+        return Fused(followed.state, fused.nis, True)
 
     def _update(self, predicted: Accumulated, measured: RelativePose) -> Fused:
         pose, biases, covariance, nis = _updated(

@@ -146,25 +146,6 @@ def test_a_jump_beyond_the_gate_is_slip_and_vision_wins() -> None:
     assert (np.abs(stuck.state.pose - [0.0, 0.0, 0.3]) < 3 * sigma + 0.01).all()
 
 
-def test_tracks_that_slipped_still_bound_the_way() -> None:
-    """Where vision sees little, it does not send the robot farther than the tracks may have."""
-    way = predicted(10)
-    far = way.pose + [0.0, 40.0, 0.0]
-    vague = RelativePose(far, np.diag([5.0, 5.0, 0.5]) ** 2, np.zeros(3))
-    slipped = exact().fuse(way, vague)
-    assert slipped.slipped
-    length = np.hypot(*way.pose[:2])
-    assert np.hypot(*(slipped.state.pose - way.pose)[:2]) < length
-    assert 0.8 * length < np.sqrt(slipped.state.covariance[1, 1]) < 1.2 * length
-
-
-def test_slip_teaches_nothing_about_constant_errors() -> None:
-    way = predicted(10)
-    stuck = make().fuse(way, vision(np.zeros(3)))
-    assert stuck.slipped
-    np.testing.assert_allclose(stuck.state.biases[:-1], 0.0, atol=1e-12)
-
-
 def test_coasting_is_prediction_trusted_less_and_less() -> None:
     kalman = exact()
     traces = [np.trace(kalman.coast(predicted(n)).state.covariance) for n in range(1, 20)]
