@@ -67,12 +67,11 @@ def score(episodes: Sequence[Episode], baseline: Sequence[Episode]) -> Score:
     Raises:
         ValueError: there are none, or their seeds are not those of the baseline.
     """
-    mine, truths = _by_seed(episodes), _by_seed(baseline)
-    if not mine or [e.seed for e in mine] != [e.seed for e in truths]:
-        raise ValueError(
-            "the price of estimation is paired: every episode needs one of the same seed under "
-            f"{BASELINE}; got seeds {[e.seed for e in mine]} and {[e.seed for e in truths]}"
-        )
+    why = (
+        "the price of estimation is paired: every episode needs one of the same seed under "
+        f"{BASELINE}"
+    )
+    mine, truths = _paired(episodes, baseline, why)
     spl, success = _values(mine, "spl"), _values(mine, "success")
     spl_low, spl_high = interval(spl)
     success_low, success_high = interval(success)
@@ -151,12 +150,7 @@ def contrast(episodes: Sequence[Episode], others: Sequence[Episode]) -> Contrast
     Raises:
         ValueError: there are none, or their seeds differ.
     """
-    mine, theirs = _by_seed(episodes), _by_seed(others)
-    if not mine or [e.seed for e in mine] != [e.seed for e in theirs]:
-        raise ValueError(
-            "drivers are compared in the same episodes; got seeds "
-            f"{[e.seed for e in mine]} and {[e.seed for e in theirs]}"
-        )
+    mine, theirs = _paired(episodes, others, "drivers are compared in the same episodes")
     spl, success = (_values(mine, name) - _values(theirs, name) for name in ("spl", "success"))
     spl_low, spl_high = interval(spl)
     success_low, success_high = interval(success)
@@ -227,8 +221,15 @@ def open_closed_gap(
     )
 
 
-def _by_seed(episodes: Sequence[Episode]) -> list[Episode]:
-    return sorted(episodes, key=lambda episode: episode.seed)
+def _paired(
+    episodes: Sequence[Episode], others: Sequence[Episode], why: str
+) -> tuple[list[Episode], list[Episode]]:
+    """Both by seed; an error that says why, where their seeds differ or there are none."""
+    mine, theirs = (sorted(each, key=lambda e: e.seed) for each in (episodes, others))
+    seeds, other_seeds = ([e.seed for e in each] for each in (mine, theirs))
+    if not seeds or seeds != other_seeds:
+        raise ValueError(f"{why}; got seeds {seeds} and {other_seeds}")
+    return mine, theirs
 
 
 def _values(episodes: Sequence[Episode], name: str) -> Array:
