@@ -42,7 +42,7 @@ def score_table(scores: Sequence[Score], title: str) -> Table:
     names = short_names([s.policy for s in scores])
     if with_driver:
         table.add_column("driver", no_wrap=True)
-    table.add_column("estimator", no_wrap=True)
+    table.add_column("estimator", overflow="fold")
     if with_latency:
         table.add_column("late\ns", justify="right", no_wrap=True)
     for heading, _ in columns:
