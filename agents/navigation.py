@@ -134,7 +134,7 @@ class GoalNavEnv(gym.Env[dict[str, Any], NDArray[np.float32]]):
         self._robot = TrackedRobotEnv(
             **_checked_robot(robot or {}),
             world=world,
-            sensors=_sensors_read(estimator, seen),
+            sensors=_sensors_read(estimator, estimator_options or {}, seen),
             render_mode=render_mode,
         )
         self.rig: Rig = self._robot.rig
@@ -279,11 +279,14 @@ class GoalNavEnv(gym.Env[dict[str, Any], NDArray[np.float32]]):
         return self._score
 
 
-def _sensors_read(estimator: str, policy: tuple[str, ...]) -> tuple[str, ...]:
+def _sensors_read(
+    estimator: str, options: Mapping[str, Any], policy: tuple[str, ...]
+) -> tuple[str, ...]:
     """Keys that an estimator or a policy reads; of what an estimator may do without, those that
     the robot has by default."""
     kind = registry.estimator_class(estimator)
-    read = kind.requires | (kind.optional & set(DEFAULT_SENSORS)) | set(policy)
+    unread = frozenset[str]() if options.get("source") else kind.optional_for_source
+    read = kind.requires | (kind.optional & set(DEFAULT_SENSORS)) - unread | set(policy)
     return tuple(key for key in SENSORS if key in read)
 
 

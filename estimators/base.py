@@ -55,6 +55,8 @@ class PoseEstimator(ABC):
     """Observation keys that it reads; it is given these and no others."""
     optional: ClassVar[frozenset[str]] = frozenset()
     """Observation keys that it reads where the robot has them."""
+    optional_for_source: ClassVar[frozenset[str]] = frozenset()
+    """Those of them that it reads only for another estimator, which its option `source` names."""
     requires_one_of: ClassVar[tuple[frozenset[str], ...]] = ()
     """Groups of the optional keys, of each of which it needs one at least."""
 

@@ -31,6 +31,7 @@ class IcrEkf(PoseEstimator):
 
     requires: ClassVar[frozenset[str]] = frozenset({"tracks", "stamp"})
     optional: ClassVar[frozenset[str]] = frozenset({"left", "right", "lidar", "imu", "gps"})
+    optional_for_source: ClassVar[frozenset[str]] = frozenset({"left", "right", "lidar"})
 
     def __init__(
         self,

@@ -170,6 +170,7 @@ def test_goals_are_the_worlds_and_the_seeds() -> None:
         ("dead-reckoning", ("lidar",), ("tracks", "lidar")),
         ("one-point-ransac", ("lidar",), ("left", "right", "tracks", "lidar")),
         ("one-point-ransac", (), ("left", "right", "tracks")),
+        ("icr-ekf", (), ("tracks", "imu")),
     ],
 )
 def test_only_the_sensors_that_are_read_are_asked_for(
@@ -177,6 +178,12 @@ def test_only_the_sensors_that_are_read_are_asked_for(
 ) -> None:
     env = nav(estimator=estimator, policy_sensors=policy)
     assert env.sensors == asked
+
+
+def test_what_a_source_reads_is_asked_for_where_there_is_one() -> None:
+    options = {"source": "scan-matching", "source_options": {"odometry": None}}
+    env = nav(estimator="icr-ekf", estimator_options=options, policy_sensors=())
+    assert env.sensors == ("left", "right", "tracks", "lidar", "imu")
 
 
 def test_without_latency_a_run_is_that_of_no_delay_bit_for_bit() -> None:
