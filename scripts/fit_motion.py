@@ -6,8 +6,6 @@ from typing import Annotated, Any
 
 import tyro
 
-from grouser.envs.simulation.materials import MATERIAL_NAMES
-
 
 def _arg(metavar: str) -> Any:
     """The help texts say what happens without an option; tyro's "(default: ())" would not."""
@@ -29,7 +27,7 @@ class FitMotion:
     grouser fit-motion --output results/motion
     """
 
-    terrains: Annotated[tuple[str, ...], _arg("NAME ...")] = MATERIAL_NAMES
+    terrains: Annotated[tuple[str, ...] | None, _arg("NAME ...")] = None
     """Grounds to drive on; all by default."""
     output: Annotated[Path, _arg("DIR")] = Path("results/motion")
     """Folder for agreement.json and motion.png."""

@@ -58,11 +58,13 @@ class Pair:
 def fit_motion(options: FitMotion) -> int:
     """Drive, compare, fit, print both tables, draw, and return the exit code."""
     with usage_errors():
-        _check(options)
+        terrains = _checked_terrains(options.terrains)
+        if not options.no_plots:
+            require_matplotlib()
         options.output.mkdir(parents=True, exist_ok=True)
     speeds = commands()
     pairs, fits = [], []
-    where = settings(options.terrains)
+    where = settings(terrains)
     with progress("", len(where)) as bar:
         for setting in bar.over(where):
             bar.describe(setting.terrain)
@@ -87,17 +89,19 @@ def compare(setting: Setting, speeds: Array) -> tuple[Pair, Array]:
     return Pair(setting, slips(bullet), slips(fast)), twists(bullet)
 
 
-def _check(options: FitMotion) -> None:
-    if not options.terrains:
+def _checked_terrains(names: tuple[str, ...] | None) -> tuple[str, ...]:
+    """Those to drive on: all where none are named."""
+    if names is None:
+        return MATERIAL_NAMES
+    if not names:
         raise UsageError("--terrains takes one name or more")
-    for name in options.terrains:
+    for name in names:
         if name not in MATERIAL_NAMES:
             raise UsageError(
                 f"no terrain is named {name!r}; {did_you_mean(name, MATERIAL_NAMES)}"
                 f"known: {', '.join(MATERIAL_NAMES)}"
             )
-    if not options.no_plots:
-        require_matplotlib()
+    return names
 
 
 def _told(pairs: Sequence[Pair], fits: Sequence[Fit]) -> dict[str, object]:

@@ -53,17 +53,20 @@ def offset_of_structure(
 
     Returns: None where the points tell nothing: the robot stands or turns on the spot.
     """
-    offset, variance = _offset_and_motion(
-        reference[inliers],
-        current[inliers],
-        motion,
-        prior.mean,
-        1.0 / prior.sigma**2,
-        noise[inliers],
-        T_base_camera,
-        camera,
-        _ROUNDS,
-    )
+    try:
+        offset, variance = _offset_and_motion(
+            reference[inliers],
+            current[inliers],
+            motion,
+            prior.mean,
+            1.0 / prior.sigma**2,
+            noise[inliers],
+            T_base_camera,
+            camera,
+            _ROUNDS,
+        )
+    except np.linalg.LinAlgError:  # exactly at rest an offset changes nothing that is seen
+        return None
     if not (np.isfinite(offset) and np.isfinite(variance) and 0 < variance < _NOTHING**2):
         return None
     return OffsetEvidence(float(offset), float(np.sqrt(variance)))

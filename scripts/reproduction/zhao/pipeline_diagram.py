@@ -70,12 +70,14 @@ def watched_update(name: str = RECOMMENDED) -> Call:
 def stages(update: Call) -> list[Call]:
     """The steps of an update: public methods of its parts, each with what is public within it.
 
-    An update that only hands on to another object's is that object's. A private function is only a
-    part of its caller's text: what it calls, its caller calls.
+    An update that only hands on to another object's, and at most asks whether it may, is that
+    object's. A private function is only a part of its caller's text: what it calls, its caller
+    calls.
     """
     inner = _public(update)
-    if len(inner) == 1 and inner[0].name.endswith(".update"):
-        return stages(inner[0])
+    handed_on = [call for call in inner if call.name.endswith(".update")]
+    if len(handed_on) == 1 and all(call is handed_on[0] or not _public(call) for call in inner):
+        return stages(handed_on[0])
     return [call for call in inner if call.is_method]
 
 
