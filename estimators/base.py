@@ -81,6 +81,10 @@ TRUTH_KEYS = frozenset({"true_pose", "true_pose_3d"})
 """Keys of `info` that only ground-truth and emulated may require (`registry.TRUTH_READERS`)."""
 
 
+SAME_TIME = 1e-6
+"""s: stamps closer than this are the same time, for they are sums of steps."""
+
+
 def stamp_of(key: str, observation: Observation) -> float:
     """s; when that was measured, which is now where nothing else is said."""
     return float(observation.get(f"{key}_stamp", observation["stamp"])[0])

@@ -6,11 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from grouser.checks import require_not_negative
-from grouser.estimators.base import Observation, stamp_of
+from grouser.estimators.base import SAME_TIME, Observation, stamp_of
 from grouser.estimators.visual.constant_errors import ConstantErrors
 from grouser.rig import Imu
-
-_ROUNDING = 1e-6  # s: stamps closer than this are the same time
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,11 +64,11 @@ class Gyro:
         imu = np.asarray(observation["imu"], dtype=np.float64)
         read_at, now = stamp_of("imu", observation), float(observation["stamp"][0])
         duration = read_at - self._read_at
-        self.fresh = duration > _ROUNDING
+        self.fresh = duration > SAME_TIME
         if not self.fresh:
             return None
         self._read_at = read_at
-        if now - read_at > _ROUNDING or not imu.any() or not np.isfinite(imu[5]):
+        if now - read_at > SAME_TIME or not imu.any() or not np.isfinite(imu[5]):
             return None
         angle = float(imu[5]) * duration
         variance = (self._sigma * duration) ** 2 + (self._turn_share * angle) ** 2

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from grouser.checks import require_not_negative, require_positive
-from grouser.estimators.base import Observation, stamp_of
+from grouser.estimators.base import SAME_TIME, Observation, stamp_of
 from grouser.geometry import Array
 from grouser.kernels import kernel
 from grouser.rig import Imu
@@ -21,9 +21,6 @@ from grouser.rig import Imu
 GRAVITY = 9.81
 """m/s^2"""
 
-
-_ROUNDING = 1e-6
-"""s: stamps closer than this are the same time"""
 _FLAT = 1e-2
 _SCALE = 0.01
 """Of a turn, that the gyroscope may be off beside its noise"""
@@ -97,8 +94,8 @@ class Inclination:
         read_at, now = stamp_of("imu", observation), float(observation["stamp"][0])
         duration = read_at - self._read_at
         imu = np.asarray(observation["imu"], dtype=np.float64)
-        self._late = now - read_at > max(duration, _ROUNDING) / 2
-        if duration <= _ROUNDING:
+        self._late = now - read_at > max(duration, SAME_TIME) / 2
+        if duration <= SAME_TIME:
             return
         self._read_at = read_at
         if not imu.any() or not np.isfinite(imu).all():  # a dead one, for gravity is always there

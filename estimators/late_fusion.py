@@ -4,9 +4,9 @@ from collections import deque
 
 import numpy as np
 
-from grouser.estimators.base import Observation, PoseEstimate
+from grouser.estimators.base import SAME_TIME, Observation, PoseEstimate
 from grouser.estimators.coupled_odometry import CoupledOdometry
-from grouser.estimators.late_pictures import ROUNDING, LatePictures
+from grouser.estimators.late_pictures import LatePictures
 
 
 class LateFusion:
@@ -52,7 +52,7 @@ class LateFusion:
         if pair_at is None:
             return None
         images = self._pictures.pop(pair_at)
-        while (observation := self._waiting.popleft())["stamp"][0] < pair_at - ROUNDING:
+        while (observation := self._waiting.popleft())["stamp"][0] < pair_at - SAME_TIME:
             self._fusion.pass_by(observation)
         return self._fusion.update({**observation, **images})
 

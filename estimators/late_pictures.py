@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grouser.estimators.base import Observation
+from grouser.estimators.base import SAME_TIME, Observation, stamp_of
 
-ROUNDING = 1e-6  # s; stamps are sums of steps
 _MOST_WAITING = 64  # images of one eye that wait for the other
 
 
@@ -33,8 +32,8 @@ class LatePictures:
     def take(self, observation: Observation) -> None:
         """Note what is new."""
         for eye in self._eyes:
-            waiting, stamp = self._waiting[eye], stamp_of(observation, eye)
-            if stamp > self._seen_at + ROUNDING and stamp not in waiting:
+            waiting, stamp = self._waiting[eye], stamp_of(eye, observation)
+            if stamp > self._seen_at + SAME_TIME and stamp not in waiting:
                 waiting[stamp] = observation[eye].copy()
                 if len(waiting) > _MOST_WAITING:
                     del waiting[min(waiting)]
@@ -43,7 +42,7 @@ class LatePictures:
         """The time of the newest complete set of images, up to a time; None without one."""
         first, *others = (set(waiting) for waiting in self._waiting.values())
         complete = first.intersection(*others)
-        return max((stamp for stamp in complete if stamp < until + ROUNDING), default=None)
+        return max((stamp for stamp in complete if stamp < until + SAME_TIME), default=None)
 
     def pop(self, stamp: float) -> dict[str, NDArray[Any]]:
         """The images of a time; they and older ones are done with."""
@@ -55,9 +54,4 @@ class LatePictures:
         """Images up to a time are too late, or seen."""
         self._seen_at = stamp
         for eye, waiting in self._waiting.items():
-            self._waiting[eye] = {t: image for t, image in waiting.items() if t > stamp + ROUNDING}
-
-
-def stamp_of(observation: Observation, key: str) -> float:
-    """When what is shown was measured, s."""
-    return float(observation.get(f"{key}_stamp", observation["stamp"])[0])
+            self._waiting[eye] = {t: image for t, image in waiting.items() if t > stamp + SAME_TIME}

@@ -5,11 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grouser.estimators.base import Observation
+from grouser.estimators.base import SAME_TIME, Observation, stamp_of
 from grouser.geometry import Array
 from grouser.rig import Gps
 
-_ROUNDING = 1e-6  # s: stamps closer than this are the same time
 _MEMORY = 100
 """Poses that are remembered: a fix that is older than these is of no use."""
 
@@ -36,7 +35,7 @@ class PositionFixes:
 
     def reset(self, observation: Observation) -> None:
         """The first fix is not used: the start is known exactly."""
-        self._taken_at = _taken_at(observation)
+        self._taken_at = stamp_of("gps", observation)
         self._past: deque[tuple[float, Array]] = deque(maxlen=_MEMORY)
         self._past.append((float(observation["stamp"][0]), np.zeros(2)))
 
@@ -46,9 +45,9 @@ class PositionFixes:
         Args:
             position: (2,) estimated now, m.
         """
-        now, taken_at = float(observation["stamp"][0]), _taken_at(observation)
+        now, taken_at = float(observation["stamp"][0]), stamp_of("gps", observation)
         self._past.append((now, position.copy()))
-        if taken_at - self._taken_at < _ROUNDING:
+        if taken_at - self._taken_at < SAME_TIME:
             return None
         self._taken_at = taken_at
         fix = np.array(observation["gps"], dtype=np.float64)
@@ -60,11 +59,7 @@ class PositionFixes:
     def _position_at(self, time: float) -> Array | None:
         """(2,) m; None before everything that is remembered."""
         stamps = np.array([stamp for stamp, _ in self._past])
-        if time < stamps[0] - _ROUNDING:
+        if time < stamps[0] - SAME_TIME:
             return None
         xy = np.array([position for _, position in self._past])
         return np.array([np.interp(time, stamps, xy[:, 0]), np.interp(time, stamps, xy[:, 1])])
-
-
-def _taken_at(observation: Observation) -> float:
-    return float(observation.get("gps_stamp", observation["stamp"])[0])

@@ -12,7 +12,7 @@ from grouser.estimators.monocular.picture import Picture, PictureTaker
 from grouser.estimators.monocular.slam import InverseDepthSlam
 from grouser.estimators.monocular.state import CONSTANTS, planar_covariance
 from grouser.estimators.visual.descriptor import Image
-from grouser.estimators.visual.frontend import grey
+from grouser.estimators.visual.frontend import grey_of
 from grouser.geometry import Array, project
 from grouser.rig import StereoCamera
 
@@ -52,7 +52,7 @@ class MonocularOdometry:
         """Start at pose zero, known exactly, with the corners of the first image as points."""
         self._rng = rng
         self._pictures.reset()
-        self._before = self._image(observation)
+        self._before = grey_of(observation, "left", self._camera)
         self._last_motion = np.zeros(6)
         self._slam.start(self._pictures.take(self._before))
         return self._estimate(observation, Status.TRACKING, {})
@@ -68,7 +68,7 @@ class MonocularOdometry:
             raise RuntimeError("call reset() with the first observation before update()")
         started = time.perf_counter()
         du = _increments(observation)
-        picture = self._picture(self._image(observation), du)
+        picture = self._picture(grey_of(observation, "left", self._camera), du)
         taken = time.perf_counter()
         again = self._tracks.expect_again(self._last_motion)
         led = np.isfinite(du).all()
@@ -93,18 +93,6 @@ class MonocularOdometry:
             return None
         picture = self._pictures.take(image)
         return picture if len(picture.corners) >= FEWEST else None
-
-    def _image(self, observation: Observation) -> Image:
-        image = grey(observation["left"], "left")
-        # Of another size, calibration and pixels disagree, and kernels would leave the image.
-        expected = (self._camera.height, self._camera.width)
-        if image.shape != expected:
-            raise ValueError(
-                f"observation 'left' is {image.shape[1]} x {image.shape[0]} px, but rig.stereo is "
-                f"calibrated for {expected[1]} x {expected[0]}: make the environment with images "
-                "of that size, and estimate before whatever resizes them"
-            )
-        return image
 
     def _estimate(
         self, observation: Observation, status: Status, diagnostics: dict[str, float]

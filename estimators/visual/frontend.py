@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from grouser.estimators.base import Observation
 from grouser.estimators.visual.alignment import align_rows
 from grouser.estimators.visual.corners import strength
 from grouser.estimators.visual.descriptor import Descriptors, Image, match_rows, smooth
@@ -15,6 +16,7 @@ from grouser.estimators.visual.fast import FastFeatures
 from grouser.estimators.visual.features import FeatureExtractor, Likeness
 from grouser.estimators.visual.sift import SiftFeatures
 from grouser.geometry import Array
+from grouser.rig import StereoCamera
 
 FEATURES: dict[str, Callable[[int], FeatureExtractor]] = {
     "fast": FastFeatures,
@@ -36,6 +38,24 @@ def grey(image: NDArray[Any], name: str) -> Image:
     if image.shape[2] == 3:
         return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), dtype=np.uint8)
     return image[:, :, 0].copy()
+
+
+def grey_of(observation: Observation, eye: str, camera: StereoCamera) -> Image:
+    """A copy (H, W) of what an eye sees.
+
+    Raises:
+        ValueError: it is no image, or of another size than the camera is calibrated for.
+    """
+    image = grey(observation[eye], eye)
+    # Of another size, calibration and pixels disagree, and kernels would leave the image.
+    expected = (camera.height, camera.width)
+    if image.shape != expected:
+        raise ValueError(
+            f"observation {eye!r} is {image.shape[1]} x {image.shape[0]} px, but rig.stereo is "
+            f"calibrated for {expected[1]} x {expected[0]}: make the environment with images "
+            "of that size, and estimate before whatever resizes them"
+        )
+    return image
 
 
 @dataclass(frozen=True, slots=True)

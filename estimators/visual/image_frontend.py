@@ -12,7 +12,7 @@ from grouser.estimators.visual.frontend import (
     Keyframe,
     StereoFrame,
     StereoFrontend,
-    grey,
+    grey_of,
 )
 from grouser.estimators.visual.matching import (
     Matches,
@@ -51,7 +51,7 @@ class ImageFrontend(Frontend[StereoFrame, Keyframe]):
         self._last = None
 
     def extract(self, observation: Observation) -> StereoFrame:
-        left, right = (self._image(observation, eye) for eye in ("left", "right"))
+        left, right = (grey_of(observation, eye, self._camera) for eye in ("left", "right"))
         repeated = self._last is not None and _same(self._last, (left, right))
         self._last = left, right
         frame = self._stereo.extract(left, right)
@@ -70,18 +70,6 @@ class ImageFrontend(Frontend[StereoFrame, Keyframe]):
             self._noise,
             disparity_offset=self._camera.disparity_offset,
         )
-
-    def _image(self, observation: Observation, eye: str) -> Image:
-        image = grey(observation[eye], eye)
-        # Of another size, calibration and pixels disagree, and kernels would leave the image.
-        expected = (self._camera.height, self._camera.width)
-        if image.shape != expected:
-            raise ValueError(
-                f"observation {eye!r} is {image.shape[1]} x {image.shape[0]} px, but rig.stereo is "
-                f"calibrated for {expected[1]} x {expected[0]}: make the environment with images "
-                "of that size, and estimate before whatever resizes them"
-            )
-        return image
 
 
 def _same(before: tuple[Image, Image], now: tuple[Image, Image]) -> bool:

@@ -6,13 +6,14 @@ from typing import Protocol
 
 import numpy as np
 
-from grouser.estimators.base import Observation, PoseEstimate, Status
-from grouser.estimators.late_pictures import ROUNDING, LatePictures, stamp_of
+from grouser.estimators.base import SAME_TIME, Observation, PoseEstimate, Status, stamp_of
+from grouser.estimators.late_pictures import LatePictures
 from grouser.estimators.visual.fusion import Accumulated, nothing_yet
 from grouser.estimators.visual.prediction import MotionPredictor
 from grouser.geometry import Array, between, compose, compose_jacobians, exp, lift, log
 
 _STEREO = ("left", "right")
+_ROUNDING = 1e-6  # of a share
 
 
 class TimelyOdometry(Protocol):
@@ -40,7 +41,7 @@ class _Stretch:
         """(2,) the share of it that belongs to a stretch of time."""
         overlap = min(self.end, end) - max(self.start, start)
         share = overlap / (self.end - self.start)
-        return self.increments if share > 1 - ROUNDING else share * self.increments
+        return self.increments if share > 1 - _ROUNDING else share * self.increments
 
 
 class LateImages:
@@ -93,8 +94,8 @@ class LateImages:
         """Note what is new, by the time that it is of."""
         self._pictures.take(observation)
         if "tracks" in self._first:
-            end = stamp_of(observation, "tracks")
-            if end > self._tracked_to + ROUNDING:
+            end = stamp_of("tracks", observation)
+            if end > self._tracked_to + SAME_TIME:
                 increments = np.array(observation["tracks"], dtype=np.float64)
                 self._stretches.append(_Stretch(self._tracked_to, end, increments))
                 self._tracked_to = end
@@ -107,12 +108,12 @@ class LateImages:
         self._seen = self._odometry.update({**shown, "stamp": np.array([pair_at])})
         self._step = exp(log(between(before.pose, self._seen.pose)) / steps)
         self._seen_at = pair_at
-        self._stretches = [s for s in self._stretches if s.end > pair_at + ROUNDING]
+        self._stretches = [s for s in self._stretches if s.end > pair_at + SAME_TIME]
 
     def _between(self, start: float, end: float) -> list[Array]:
         """The tracks' increments from one time to another, stretch by stretch."""
         inside = [
-            s for s in self._stretches if s.end > start + ROUNDING and s.start < end - ROUNDING
+            s for s in self._stretches if s.end > start + SAME_TIME and s.start < end - SAME_TIME
         ]
         return [s.within(start, end) for s in inside]
 
@@ -148,6 +149,6 @@ class LateImages:
         )
 
     def _status(self, now: float, way: Accumulated) -> Status:
-        if now - self._seen_at <= self._lost_after + ROUNDING:
+        if now - self._seen_at <= self._lost_after + SAME_TIME:
             return self._seen.status
         return Status.COASTING if way.measured else Status.LOST
