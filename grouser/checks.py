@@ -41,6 +41,20 @@ def require_not_negative(owner: object, *names: str) -> None:
             raise ValueError(f"{type(owner).__name__}.{name} must be zero or more, got {value!r}")
 
 
+def require_positive_options(**values: float) -> None:
+    """Keyword arguments are finite numbers above zero; ValueError where not."""
+    for name, value in values.items():
+        if not (np.isfinite(value) and value > 0):
+            raise ValueError(f"{name} must be positive and finite, got {value!r}")
+
+
+def require_at_least(least: int, **counts: int) -> None:
+    """Keyword arguments are whole numbers of at least so many."""
+    for name, value in counts.items():
+        if not isinstance(value, Integral) or value < least:
+            raise ValueError(f"{name} must be a whole number of at least {least}, got {value!r}")
+
+
 def did_you_mean(name: object, known: Collection[str]) -> str:
     """A question, with a space behind it, about the known name nearest to one that is not known;
     nothing where none is near."""

@@ -222,10 +222,10 @@ def _episodes(
 
 def gaps_of(options: Evaluate, folder: EvaluationFolder, scores: Sequence[Score]) -> list[Gap]:
     """The open-closed gap of every driver, where it was asked for; the true pose takes no part."""
+    if not options.open_loop:
+        return []
     gaps = []
-    for policy, latency in (
-        product(options.policy, options.pose_latency) if options.open_loop else ()
-    ):
+    for policy, latency in product(options.policy, options.pose_latency):
         spl = {
             s.estimator: s.spl for s in scores if (s.policy, s.pose_latency) == (policy, latency)
         }

@@ -1,11 +1,11 @@
 """`one-point-ekf` and `two-point-ekf`: monocular SLAM as a pose estimator, with its options."""
 
 from functools import partial
-from numbers import Integral
 from typing import ClassVar
 
 import numpy as np
 
+from grouser.checks import require_at_least, require_positive_options
 from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator
 from grouser.estimators.monocular.landmarks import LandmarkMap
 from grouser.estimators.monocular.look import FEWEST
@@ -87,8 +87,8 @@ class MonocularEkf(PoseEstimator):
         """
         if sample not in (1, 2):
             raise ValueError(f"sample must be 1 or 2 matches a hypothesis, got {sample!r}")
-        _require_at_least(FEWEST, points=points, corners=corners)
-        _require_positive(
+        require_at_least(FEWEST, points=points, corners=corners)
+        require_positive_options(
             inverse_depth_sigma=inverse_depth_sigma,
             threshold_px=threshold_px,
             place_noise_px=place_noise_px,
@@ -177,15 +177,3 @@ def _make_predictor(
     observation: Observation, *, tracks: TrackModel, errors: ConstantErrors
 ) -> TrackModelPredictor:
     return TrackModelPredictor(tracks, errors)
-
-
-def _require_at_least(least: int, **counts: int) -> None:
-    for name, value in counts.items():
-        if not isinstance(value, Integral) or value < least:
-            raise ValueError(f"{name} must be a whole number of at least {least}, got {value!r}")
-
-
-def _require_positive(**values: float) -> None:
-    for name, value in values.items():
-        if not (np.isfinite(value) and value > 0):
-            raise ValueError(f"{name} must be positive and finite, got {value!r}")

@@ -2,11 +2,11 @@
 
 from dataclasses import replace
 from functools import partial
-from numbers import Integral
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 
+from grouser.checks import require_at_least, require_positive_options
 from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator
 from grouser.estimators.icr_predictor import IcrOptions, IcrPredictor
 from grouser.estimators.track_motion import SideSlip, TrackNoise
@@ -128,8 +128,8 @@ class VisualOdometry(PoseEstimator):
         preset = QUALITIES[quality]
         max_points = preset.max_points if max_points is None else max_points
         corners = preset.corners if corners is None else corners
-        _require_at_least(FEWEST_MATCHES, max_points=max_points, corners=corners)
-        _require_positive(
+        require_at_least(FEWEST_MATCHES, max_points=max_points, corners=corners)
+        require_positive_options(
             place_noise_px=place_noise_px,
             disparity_noise_px=disparity_noise_px,
             roll_pitch_prior=roll_pitch_prior,
@@ -237,18 +237,6 @@ def _make_predictor(
 _FASTEST = np.array([15.0, 1.0, 1.0])  # m/s, m/s, rad/s: one sigma of an unknown velocity
 # px of disparity that interpolation shifts all points by, one sigma; a test measures it.
 _ALIGNMENT_BIAS = 0.02
-
-
-def _require_at_least(least: int, **counts: int) -> None:
-    for name, value in counts.items():
-        if not isinstance(value, Integral) or value < least:
-            raise ValueError(f"{name} must be a whole number of at least {least}, got {value!r}")
-
-
-def _require_positive(**values: float) -> None:
-    for name, value in values.items():
-        if not (np.isfinite(value) and value > 0):
-            raise ValueError(f"{name} must be positive and finite, got {value!r}")
 
 
 def _require_one_of(known: tuple[str, ...], **options: str) -> None:
