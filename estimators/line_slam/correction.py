@@ -1,16 +1,14 @@
 """The filter's corrections: of pose and map by lines that were seen, of two lines that are one."""
 
-import math
-
 import numpy as np
 
 from grouser.estimators.line_slam.association import Pairs
+from grouser.estimators.line_slam.gating import expected, innovation, jacobian
 from grouser.estimators.line_slam.linearization import Linearization
 from grouser.estimators.line_slam.measurements import LineMeasurements
 from grouser.estimators.line_slam.merging import EXACT, Twins
 from grouser.estimators.line_slam.sparse_update import absorb, correct
 from grouser.estimators.line_slam.state import LineState
-from grouser.estimators.visual.single_pose import wrapped
 from grouser.geometry import Array
 from grouser.kernels import kernel_using
 
@@ -84,7 +82,7 @@ class Corrector:
         return self._W
 
 
-@kernel_using(wrapped, correct)
+@kernel_using(expected, innovation, jacobian, correct)
 def _by_line(
     P: Array,
     mean: Array,
@@ -105,15 +103,13 @@ def _by_line(
         rows: (1, 4) of its Jacobian, see `linearization.py`.
     """
     at = head + 2 * line
-    r, alpha = mean[at], mean[at + 1]
-    h = r - mean[0] * math.cos(alpha) - mean[1] * math.sin(alpha)
-    nu, noise = np.array([z[0] - h, wrapped(z[1] - alpha + mean[2])]), R.copy()
-    if abs(nu[1]) > math.pi / 2 and not two_sided:
-        nu[0], nu[1] = -z[0] - h, wrapped(nu[1] + math.pi)
+    r, alpha = expected(mean, at)
+    off_r, off_alpha, turned = innovation(r, alpha, z, two_sided)
+    nu, noise = np.array([off_r, off_alpha]), R.copy()
+    if turned:
         noise[0, 1], noise[1, 0] = -noise[0, 1], -noise[1, 0]
-    indices = np.array([0, 1, 2, at, at + 1])
-    c, s, g, lever = rows[0]
-    H = np.array([[-c, -s, g, 1.0, lever], [0.0, 0.0, -1.0, 0.0, 1.0]])
+    H, indices = np.zeros((2, 5)), np.array([0, 1, 2, 0, 0])
+    jacobian(rows[0], at, H, indices)
     change, d2 = correct(P, n, W, used, indices, H, noise, nu, gate)
     return change, d2
 

@@ -109,8 +109,9 @@ class LineEkf:
 
     def start(self, seen: LineMeasurements | None) -> Told:
         """What the first observation shows comes to the map; the pose is zero by definition."""
-        learns = self._options.learns and seen is not None
-        return self.look(seen) if learns and seen is not None else Told(measured=True)
+        if seen is None or not self._options.learns:
+            return Told(measured=True)
+        return self.look(seen)
 
     def step(
         self, observation: Observation, see: Callable[[Array], LineMeasurements | None]

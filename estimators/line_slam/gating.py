@@ -32,6 +32,24 @@ class Candidates(NamedTuple):
 
 
 @kernel_using(wrapped)
+def expected(mean: Array, at: int) -> tuple[float, float]:
+    """(r, alpha) at which the robot should see the line whose states begin at `at`."""
+    r, alpha = mean[at], mean[at + 1]
+    r -= mean[0] * math.cos(alpha) + mean[1] * math.sin(alpha)
+    return r, wrapped(alpha - mean[2])
+
+
+@kernel_using(wrapped)
+def innovation(r: float, alpha: float, z: Array, two_sided: bool) -> tuple[float, float, bool]:
+    """What was seen, z (2,), less what is expected, and whether z was turned over for it: a line
+    may be written either way about, unless its two sides are two."""
+    off_r, off_alpha = z[0] - r, wrapped(z[1] - alpha)
+    if two_sided or abs(off_alpha) <= math.pi / 2:
+        return off_r, off_alpha, False
+    return -z[0] - r, wrapped(off_alpha + math.pi), True
+
+
+@kernel_using(wrapped)
 def candidates(
     P: Array,
     mean: Array,
@@ -63,16 +81,13 @@ def candidates(
             continue
         at = head + 2 * j
         s00, s01, s11 = _own_covariance(P, at, rows[j])
-        r = mean[at] - mean[0] * math.cos(mean[at + 1]) - mean[1] * math.sin(mean[at + 1])
-        alpha = wrapped(mean[at + 1] - mean[2])
+        r, alpha = expected(mean, at)
         for i in range(m):
             if not beside[i, j]:
                 continue
-            e0, e1, r01 = z[i, 0] - r, wrapped(z[i, 1] - alpha), R[i, 0, 1]
-            if not two_sided and abs(e1) > math.pi / 2:
-                e0, e1 = -z[i, 0] - r, wrapped(e1 + math.pi)
-                r01 = -r01  # F R F, without which the filter comes to be too sure
-                turned[i, j] = True
+            e0, e1, turned[i, j] = innovation(r, alpha, z[i], two_sided)
+            # F R F, without which the filter comes to be too sure.
+            r01 = -R[i, 0, 1] if turned[i, j] else R[i, 0, 1]
             a, b, d = s00 + R[i, 0, 0], s01 + r01, s11 + R[i, 1, 1]
             determinant = a * d - b * b
             d2[i, j] = (d * e0 * e0 - 2 * b * e0 * e1 + a * e1 * e1) / determinant
@@ -143,9 +158,9 @@ def cross_covariances(P: Array, head: int, rows: Array, lines: NDArray[np.intp])
     other = np.array([0, 1, 2, 0, 0])
     H, G = np.zeros((2, 5)), np.zeros((2, 5))
     for a in range(k):
-        _fill(H, index, head, rows, lines[a])
+        jacobian(rows[lines[a]], head + 2 * lines[a], H, index)
         for b in range(a, k):
-            _fill(G, other, head, rows, lines[b])
+            jacobian(rows[lines[b]], head + 2 * lines[b], G, other)
             for p in range(2):
                 for q in range(2):
                     total = 0.0
@@ -159,7 +174,13 @@ def cross_covariances(P: Array, head: int, rows: Array, lines: NDArray[np.intp])
 
 
 @kernel
-def _fill(H: Array, index: NDArray[np.intp], head: int, rows: Array, line: int) -> None:
-    H[0, 0], H[0, 1], H[0, 2] = -rows[line, 0], -rows[line, 1], rows[line, 2]
-    H[0, 3], H[0, 4], H[1, 2], H[1, 4] = 1.0, rows[line, 3], -1.0, 1.0
-    index[3], index[4] = head + 2 * line, head + 2 * line + 1
+def jacobian(row: Array, at: int, H: Array, index: NDArray[np.intp]) -> None:
+    """Write a line's H (2, 5), and of which states it is, index (5,), the first three of the pose.
+
+    Args:
+        row: (4,) see `linearization.py`.
+        at: where the line's states begin.
+    """
+    H[0, 0], H[0, 1], H[0, 2] = -row[0], -row[1], row[2]
+    H[0, 3], H[0, 4], H[1, 2], H[1, 4] = 1.0, row[3], -1.0, 1.0
+    index[3], index[4] = at, at + 1

@@ -5,10 +5,10 @@ from enum import Enum, auto
 
 from grouser.estimators.monocular.robust_update import Updated
 from grouser.estimators.monocular.search import Sighting
+from grouser.estimators.visual.fusion import SLIP_GATE
 
 FEWEST = 8
 """Points that must agree, or the picture tells nothing."""
-_SLIP_GATE = 16.3  # chi-square of 3 degrees of freedom at 99.9 %
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class Look:
 
     def expected(self, share: float) -> bool:
         """Whether they agree on a motion such as was predicted."""
-        return self.supported(share) and self.updated.nis <= _SLIP_GATE
+        return self.supported(share) and self.updated.nis <= SLIP_GATE
 
 
 class Verdict(Enum):

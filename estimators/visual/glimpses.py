@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grouser.estimators.visual.fusion import RelativePose
+from grouser.estimators.visual.fusion import SLIP_GATE, RelativePose
 from grouser.estimators.visual.prediction import Increment
 from grouser.estimators.visual.sight import Expectation
 from grouser.estimators.visual.single_pose import between, wrapped
@@ -13,7 +13,6 @@ from grouser.geometry import Array
 
 # m/s^2, rad/s^2: one sigma of how a robot is accelerated; four of it are more than ground can hold.
 _ACCELERATION = np.array([1.5, 1.5, 4.0])
-_GATE = 16.3  # chi-square of 3 degrees of freedom at 99.9 %
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,4 +72,4 @@ class Glimpses:
         between_middles = (self._step.duration + self._before.duration) / 2
         allowed = _ACCELERATION * between_middles * self._step.duration
         noise = self._step.noise + share**2 * self._before.noise + np.diag(allowed**2)
-        return bool(change @ np.linalg.solve(noise, change) > _GATE)
+        return bool(change @ np.linalg.solve(noise, change) > SLIP_GATE)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from grouser.estimators.visual.fusion import SLIP_GATE
 from grouser.estimators.visual.prediction import Increment
 from grouser.estimators.visual.single_pose import wrapped
 from grouser.geometry import Array
@@ -12,7 +13,6 @@ from grouser.kernels import kernel_using
 _LEAST_WAY, _LEAST_TURN = 0.01, 0.02  # m, rad a frame: less is too little to tell
 _SHARE = 0.1  # of what the tracks say: so little is rest
 _REST = 1e-3  # m, rad a frame: the noise of vision at rest
-_GATE = 16.3  # chi-square of 3 degrees of freedom at 99.9 %
 
 
 def contradicted(step: Array, noise: Array, increment: Increment) -> bool:
@@ -62,4 +62,4 @@ def _stands(step: Array, expected: Array, covariance: Array) -> bool:
         return False
     missing = expected - step
     missing[2] = wrapped(missing[2])
-    return bool(missing @ np.linalg.solve(covariance, missing) > _GATE)
+    return bool(missing @ np.linalg.solve(covariance, missing) > SLIP_GATE)
