@@ -35,10 +35,12 @@ def tour(scout: Env, seed: int, steps: int) -> OpenLoop:
     _, info = scout.reset(seed=seed)
     actions: list[Array] = []
     for driver in _operators(scout, info):
+        before = len(actions)
         while len(actions) < steps and (action := driver(_seen(info))) is not None:
             actions.append(action)
             *_, info = scout.step(action.astype(np.float32))
-        if len(actions) == steps:
+        # A way that is no longer than the robot's reach is done without a step, for ever.
+        if len(actions) in (steps, before):
             break
     return lambda step: actions[step] if step < len(actions) else None
 

@@ -2,8 +2,10 @@
 
 import gymnasium as gym
 import numpy as np
+import pytest
 
 import grouser  # noqa: F401  (registers the environments)
+from grouser.scripts import compare_tour
 from grouser.scripts.compare_tour import tour
 
 STEPS = 3000
@@ -28,3 +30,10 @@ def test_it_goes_back_and_forth_through_all_goals() -> None:
     again = near[done + 50 :].any(axis=0)
     assert again.sum() >= 3, "it went on, the way that it had come"
     assert drive(STEPS) is None
+
+
+def test_a_way_that_ends_where_the_robot_is_ends_the_tour(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compare_tour, "plan_tour", lambda world: world.start[None, :2])
+    env = gym.make("grouser/TrackedRobot-v0", world="room", sensors=(), dynamics="fast")
+    assert tour(env, 3, STEPS)(0) is None
+    env.close()
