@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from grouser.geometry import Array
 from grouser.kernels import kernel
 
-_TILE = 16
+_TILE = 8
 """Cells along a side of a tile."""
 
 
@@ -83,18 +83,47 @@ def _fill(
     squared: NDArray[np.float32],
     nearest: NDArray[np.int32],
 ) -> None:
+    side, cells = _TILE * cell, _TILE * _TILE
+    us, vs = np.empty(cells, dtype=np.float32), np.empty(cells, dtype=np.float32)
+    for c in range(cells):
+        us[c], vs[c] = (c // _TILE + 0.5) * cell, (c % _TILE + 0.5) * cell
+    distances, points_there = squared.reshape(-1, cells), nearest.reshape(-1, cells)
     for k in range(len(points)):
-        x, y = (points[k, 0] - low[0]) / cell - 0.5, (points[k, 1] - low[1]) / cell - 0.5
-        r = reach / cell
-        for i in range(int(np.ceil(x - r)), int(np.floor(x + r)) + 1):
-            dx = i - x
-            width = np.sqrt(max(r * r - dx * dx, 0.0))
-            for j in range(int(np.ceil(y - width)), int(np.floor(y + width)) + 1):
-                d2 = np.float32((dx * dx + (j - y) ** 2) * cell * cell)
-                tile = table[i // _TILE, j // _TILE]
-                if d2 < squared[tile, i % _TILE, j % _TILE]:
-                    squared[tile, i % _TILE, j % _TILE] = d2
-                    nearest[tile, i % _TILE, j % _TILE] = k
+        x, y = points[k, 0] - low[0], points[k, 1] - low[1]
+        for i in range(int((x - reach) / side), int((x + reach) / side) + 1):
+            u = np.float32(x - i * side)
+            for j in range(int((y - reach) / side), int((y + reach) / side) + 1):
+                tile, v = table[i, j], np.float32(y - j * side)
+                _lower(us, vs, u, v, np.int32(k), distances[tile], points_there[tile])
+    farthest = np.float32(reach * reach)
+    for tile in range(len(distances)):
+        for c in range(cells):
+            if distances[tile, c] > farthest:
+                distances[tile, c], points_there[tile, c] = np.inf, -1
+
+
+@kernel
+def _lower(
+    us: NDArray[np.float32],
+    vs: NDArray[np.float32],
+    u: float,
+    v: float,
+    k: int,
+    squared: NDArray[np.float32],
+    nearest: NDArray[np.int32],
+) -> None:
+    """Point k at (u, v) becomes the nearest of those cells of a tile, at (us, vs), whose it is.
+
+    Without a branch and over a length that the compiler does not know, so that it takes many cells
+    at once: all of a tile take a third of the time of those within reach one by one.
+    """
+    for c in range(len(squared)):
+        du, dv = us[c] - u, vs[c] - v
+        d2 = du * du + dv * dv
+        before, who = squared[c], nearest[c]
+        nearer = d2 < before
+        squared[c] = d2 if nearer else before
+        nearest[c] = k if nearer else who
 
 
 @kernel
