@@ -1,5 +1,6 @@
 """Free space as a graph of cells, and the shortest ways on it from one place to all others."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -17,19 +18,10 @@ def grid_graph(space: FreeSpace, cost: Array | None = None) -> sparse.csr_matrix
     """Free cells and their eight neighbours; a step is as long as it is, m, times the mean cost
     (rows, columns) of the two cells."""
     cost = np.ones(space.free.shape) if cost is None else cost
-    nodes = np.arange(space.free.size).reshape(space.free.shape)
-    starts, ends, lengths = [], [], []
-    for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
-        here, there = _shifted(down, right)
-        # Both cells beside a diagonal must be free too, or the way would cut a corner.
-        beside = space.free[there[0], here[1]] & space.free[here[0], there[1]]
-        free = space.free[here] & space.free[there] & beside
-        starts.append(nodes[here][free])
-        ends.append(nodes[there][free])
-        lengths.append(space.cell * np.hypot(down, right) * (cost[here] + cost[there])[free] / 2)
-    i, j, w = (np.concatenate(parts) for parts in (starts, ends, lengths))
     n = space.free.size
-    return sparse.csr_matrix((np.tile(w, 2), (np.append(i, j), np.append(j, i))), shape=(n, n))
+    first, ends, lengths = np.zeros(n + 1, np.int32), np.empty(8 * n, np.int32), np.empty(8 * n)
+    n_steps = _join(space.free, cost, space.cell, first, ends, lengths)
+    return sparse.csr_matrix((lengths[:n_steps], ends[:n_steps], first), shape=(n, n))
 
 
 def clear_graph(space: FreeSpace) -> sparse.csr_matrix:
@@ -82,9 +74,37 @@ def pulled_taut(space: FreeSpace, way: Array) -> Array:
 
 
 def _node(space: FreeSpace, place: Array) -> int:
-    """The cell nearest to a place (2,), as a node of the graph."""
-    row, column = space.index(place)
-    return int(np.ravel_multi_index((int(row), int(column)), space.free.shape))
+    """The cell nearest to a place (2,), as a node of the graph; `FreeSpace.index` of a single one,
+    which is asked for at every step, by hand."""
+    rows, columns = space.free.shape
+    (x, y), (left, bottom) = place.tolist(), space.origin.tolist()
+    row = min(max(round((y - bottom) / space.cell), 0), rows - 1)
+    column = min(max(round((x - left) / space.cell), 0), columns - 1)
+    return row * columns + column
+
+
+@kernel
+def _join(free: Any, cost: Any, cell: float, first: Any, ends: Any, lengths: Any) -> int:
+    """Write the steps from every cell as the rows of a compressed sparse matrix; how many."""
+    rows, columns = free.shape
+    n = 0
+    for row in range(rows):
+        for column in range(columns):
+            for down in range(-1, 2):
+                for right in range(-1, 2):
+                    i, j = row + down, column + right
+                    inside = 0 <= i < rows and 0 <= j < columns
+                    if not inside or (down == 0 and right == 0):
+                        continue
+                    # Both cells beside a diagonal must be free too, or the way would cut a corner.
+                    if not (free[row, column] and free[i, j] and free[i, column] and free[row, j]):
+                        continue
+                    length = cell * math.sqrt(down * down + right * right)
+                    ends[n] = i * columns + j
+                    lengths[n] = length * (cost[row, column] + cost[i, j]) / 2
+                    n += 1
+            first[row * columns + column + 1] = n
+    return n
 
 
 @kernel
@@ -115,17 +135,3 @@ def _sees(free: Any, a: Any, b: Any) -> bool:
             if not free[row, column]:
                 return False
     return True
-
-
-_HERE_AND_THERE = {
-    0: (slice(None), slice(None)),
-    1: (slice(None, -1), slice(1, None)),
-    -1: (slice(1, None), slice(None, -1)),
-}
-"""All indices that have a neighbour so much further on, and those neighbours."""
-
-
-def _shifted(down: int, right: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
-    """All cells that have a neighbour so many rows down and columns to the right; those."""
-    rows, columns = _HERE_AND_THERE[down], _HERE_AND_THERE[right]
-    return (rows[0], columns[0]), (rows[1], columns[1])

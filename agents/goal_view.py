@@ -89,7 +89,7 @@ class GoalView:
         return parts
 
     def _beams(self, ranges: NDArray[np.float32]) -> NDArray[np.float32]:
-        nearest = np.minimum.reduceat(ranges, self._edges).clip(0, self._longest)
+        nearest = np.minimum(np.minimum.reduceat(ranges, self._edges), self._longest)
         return np.asarray(nearest / self._longest if self._normalize else nearest, dtype=np.float32)
 
     def _goal(self, pose: Array, goal: Array) -> NDArray[np.float32]:

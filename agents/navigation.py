@@ -184,7 +184,7 @@ class GoalNavEnv(gym.Env[dict[str, Any], NDArray[np.float32]]):
         tracks, says_stop = self._read(action)
         shown, _, _, _, info = self._estimated.step(tracks)
         self._n_steps += 1
-        self._last_action = np.clip(tracks, -1.0, 1.0)
+        self._last_action = np.minimum(np.maximum(tracks, -1.0), 1.0)
         self._believed = self._delay.arrived(self._estimated.estimate, self._time)
         progress = score.advance(info)
         outcome = score.judge(

@@ -4,6 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cache
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
@@ -103,7 +104,11 @@ def check_observation_keys(estimator: PoseEstimator, given: Iterable[str]) -> No
     Raises:
         ValueError: it does not; the message names both sets.
     """
-    given, kind = set(given), type(estimator)
+    _check_keys(type(estimator), given)
+
+
+def _check_keys(kind: type[PoseEstimator], given: Iterable[str]) -> None:
+    given = set(given)
     missing = lacking(kind, given | TRUTH_KEYS)
     if missing:
         one_of = "".join(f" and one of {sorted(group)}" for group in kind.requires_one_of)
@@ -127,17 +132,26 @@ def readable(
     Raises:
         ValueError: the environment does not give what the estimator requires.
     """
-    check_observation_keys(estimator, observation)
     # Of the class, which the registry has checked: an instance cannot ask for more.
-    kind = type(estimator)
-    truth = kind.requires & TRUTH_KEYS
-    untold = sorted(truth - set(info))
+    seen, truth = _readable_keys(type(estimator), frozenset(observation))
+    untold = [key for key in truth if key not in info]
     if untold:
         raise ValueError(
-            f"{kind.__name__} requires {untold} in info, which gives {sorted(info)}; "
+            f"{type(estimator).__name__} requires {untold} in info, which gives {sorted(info)}; "
             "a recording without its reference poses has no truth to tell"
         )
-    seen = (kind.requires - truth) | (kind.optional & set(observation))
-    seen |= {f"{key}_stamp" for key in seen} & set(observation)
-    shown = {key: observation[key] for key in sorted(seen)}
-    return shown | {key: info[key] for key in sorted(truth)}
+    return {key: observation[key] for key in seen} | {key: info[key] for key in truth}
+
+
+@cache
+def _readable_keys(
+    kind: type[PoseEstimator], given: frozenset[str]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Of an observation's keys those that a kind of estimator may see, and of the truth's those
+    that it is told; they are the same at every step."""
+    _check_keys(kind, given)
+    truth = kind.requires & TRUTH_KEYS
+    seen = (kind.requires - truth) | (kind.optional & given)
+    seen |= {f"{key}_stamp" for key in seen} & given
+    return tuple(sorted(seen)), tuple(sorted(truth))
+
