@@ -154,4 +154,3 @@ def _readable_keys(
     seen = (kind.requires - truth) | (kind.optional & given)
     seen |= {f"{key}_stamp" for key in seen} & given
     return tuple(sorted(seen)), tuple(sorted(truth))
-
