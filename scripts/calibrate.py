@@ -2,14 +2,11 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import tyro
 
-
-def _arg(metavar: str) -> Any:
-    """The help texts say what happens without an option; tyro's "(default: None)" would not."""
-    return tyro.conf.arg(metavar=metavar, help_behavior_hint="")
+from grouser.scripts.option import option
 
 
 @dataclass(frozen=True)
@@ -29,42 +26,42 @@ class Calibrate:
     grouser calibrate disparity --world yard --offset-px 0.5
     """
 
-    what: Annotated[tyro.conf.Positional[Literal["disparity"]], _arg("disparity")]
+    what: Annotated[tyro.conf.Positional[Literal["disparity"]], option("disparity")]
     """What is calibrated."""
-    log: Annotated[Path | None, _arg("DIR")] = None
+    log: Annotated[Path | None, option("DIR")] = None
     """Recording of the drive: a KITTI-odometry-style folder of stereo images."""
-    world: Annotated[str | None, _arg("NAME")] = None
+    world: Annotated[str | None, option("NAME")] = None
     """Simulated world to drive in instead, to see how well it works."""
-    offset_px: Annotated[float | None, _arg("PX")] = None
+    offset_px: Annotated[float | None, option("PX")] = None
     """World: the offset that the simulated pair has; 0 by default."""
-    driver: Annotated[str | None, _arg("NAME")] = None
+    driver: Annotated[str | None, option("NAME")] = None
     """World: straight, spot-turn or figure-eight (default)."""
-    seed: Annotated[int | None, _arg("N")] = None
+    seed: Annotated[int | None, option("N")] = None
     """World: its seed; 0 by default."""
-    steps: Annotated[int | None, _arg("N")] = None
+    steps: Annotated[int | None, option("N")] = None
     """Steps of the drive: 300 (half a minute) in a world, all of a recording by default."""
-    odometry: Annotated[str | None, _arg("NAME")] = None
+    odometry: Annotated[str | None, option("NAME")] = None
     """What else to trust: tracks, reference (the recording's reference poses, or the simulator's
     truth) or none. By default tracks in a world, and in a recording the reference if it has one."""
-    odometry_sigma: Annotated[float | None, _arg("SHARE")] = None
+    odometry_sigma: Annotated[float | None, option("SHARE")] = None
     """How wrong all its distances may be together: 0.02 for tracks, 0.003 for a reference."""
-    distance: Annotated[float | None, _arg("M")] = None
+    distance: Annotated[float | None, option("M")] = None
     """Known distance from where the drive starts to where it ends, as the crow flies."""
-    distance_sigma: Annotated[float | None, _arg("M")] = None
+    distance_sigma: Annotated[float | None, option("M")] = None
     """How well that is known; 0.01 m by default."""
-    output: Annotated[Path | None, _arg("FILE")] = None
+    output: Annotated[Path | None, option("FILE")] = None
     """JSON file for the figures."""
-    camera_x: Annotated[float | None, _arg("M")] = None
+    camera_x: Annotated[float | None, option("M")] = None
     """Recording: how far the left camera is ahead of the robot's centre."""
-    camera_y: Annotated[float | None, _arg("M")] = None
+    camera_y: Annotated[float | None, option("M")] = None
     """Recording: how far it is to the left of it."""
-    camera_z: Annotated[float | None, _arg("M")] = None
+    camera_z: Annotated[float | None, option("M")] = None
     """Recording: how far it is above it."""
-    camera_roll_degrees: Annotated[float | None, _arg("DEG")] = None
+    camera_roll_degrees: Annotated[float | None, option("DEG")] = None
     """Recording: its roll, the right side down."""
-    camera_pitch_degrees: Annotated[float | None, _arg("DEG")] = None
+    camera_pitch_degrees: Annotated[float | None, option("DEG")] = None
     """Recording: its pitch, looking down."""
-    camera_yaw_degrees: Annotated[float | None, _arg("DEG")] = None
+    camera_yaw_degrees: Annotated[float | None, option("DEG")] = None
     """Recording: its yaw, looking to the left."""
 
     def run(self) -> int:

@@ -2,14 +2,9 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
-import tyro
-
-
-def _arg(metavar: str) -> Any:
-    """The help texts say what happens without an option; tyro's "(default: None)" would not."""
-    return tyro.conf.arg(metavar=metavar, help_behavior_hint="")
+from grouser.scripts.option import option
 
 
 @dataclass(frozen=True)
@@ -33,11 +28,11 @@ class Evaluate:
     grouser evaluate --policy runs/ppo/policy.zip --output results/ppo --resume
     """
 
-    policy: Annotated[tuple[str, ...], _arg("NAME ...")] = ("pretrained",)
+    policy: Annotated[tuple[str, ...], option("NAME ...")] = ("pretrained",)
     """Who drives: pretrained (default), a classical driver (straight, pursuit, dynamic-window), or
     the file of a trained one. Several are scored in the same episodes, for a train-deploy matrix,
     and the others are compared with the first."""
-    estimators: Annotated[tuple[str, ...], _arg("NAME ...")] = (
+    estimators: Annotated[tuple[str, ...], option("NAME ...")] = (
         "ground-truth",
         "dead-reckoning",
         "icr-ekf",
@@ -48,39 +43,39 @@ class Evaluate:
     one-point-ransac and ekf-line-slam. emulated:NAME draws from the errors of a model of
     `grouser fit-emulator` (a name that comes with Grouser, or a file). ground-truth is run in any
     case, for the price."""
-    episodes: Annotated[int, _arg("N")] = 20
+    episodes: Annotated[int, option("N")] = 20
     """Episodes of each, 20 by default."""
-    seed: Annotated[int, _arg("S")] = 0
+    seed: Annotated[int, option("S")] = 0
     """Of the first episode, 0 by default; the next ones follow it."""
-    world: Annotated[str, _arg("NAME")] = "depot"
+    world: Annotated[str, option("NAME")] = "depot"
     """Kind of world: depot by default, where the lidar sees all that a robot can run into."""
-    goals: Annotated[int, _arg("N")] = 1
+    goals: Annotated[int, option("N")] = 1
     """Goals to reach in an episode, one after another; 1 by default."""
-    time_limit: Annotated[float, _arg("S")] = 100.0
+    time_limit: Annotated[float, option("S")] = 100.0
     """For each goal, s; 100 by default."""
-    pose_latency: Annotated[tuple[float, ...], _arg("S ...")] = (0.0,)
+    pose_latency: Annotated[tuple[float, ...], option("S ...")] = (0.0,)
     """How late estimates arrive, s of simulated time; 0 by default. Several make a sweep, with a
     plot of SPL over latency."""
-    difficulty: Annotated[float | None, _arg("0..1")] = None
+    difficulty: Annotated[float | None, option("0..1")] = None
     """How hard the world is; 0.5 by default."""
-    terrain: Annotated[str | None, _arg("NAME")] = None
+    terrain: Annotated[str | None, option("NAME")] = None
     """One ground everywhere (asphalt, cement, grass, gravel, ice, mud), or mixed."""
-    randomize: Annotated[tuple[str, ...], _arg("NAME ...")] = ()
+    randomize: Annotated[tuple[str, ...], option("NAME ...")] = ()
     """What varies from seed to seed: texture, light, clutter, friction, sensor_noise."""
-    dynamics: Annotated[str | None, _arg("NAME")] = None
+    dynamics: Annotated[str | None, option("NAME")] = None
     """bullet (default) or fast."""
-    effects: Annotated[tuple[str, ...], _arg("NAME=AMOUNT ...")] = ()
+    effects: Annotated[tuple[str, ...], option("NAME=AMOUNT ...")] = ()
     """What is wrong with sensors all the time, such as stereo.motion_blur=0.01."""
-    faults: Annotated[tuple[str, ...], _arg("NAME:START:END:AMOUNT ...")] = ()
+    faults: Annotated[tuple[str, ...], option("NAME:START:END:AMOUNT ...")] = ()
     """What goes wrong for a while [s], such as stereo.darkness:5:8:0.9."""
     open_loop: bool = False
     """Also let each estimator watch the drives made under the true pose, and compare the order of
     their errors there with the order of their SPL (Kendall's tau)."""
-    processes: Annotated[int | None, _arg("N")] = None
+    processes: Annotated[int | None, option("N")] = None
     """How many episodes run at once; by default one a processor."""
-    ray: Annotated[str | None, _arg("ADDRESS")] = None
+    ray: Annotated[str | None, option("ADDRESS")] = None
     """Address of a Ray cluster that runs them instead, "auto" or host:port."""
-    output: Annotated[Path | None, _arg("DIR")] = None
+    output: Annotated[Path | None, option("DIR")] = None
     """Folder for the results; by default a new one, results/evaluate-..."""
     no_plots: bool = False
     """Do without the PNG plot of a sweep of latencies."""

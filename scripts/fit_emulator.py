@@ -2,14 +2,9 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
-import tyro
-
-
-def _arg(metavar: str) -> Any:
-    """The help texts say what happens without an option; tyro's "(default: ())" would not."""
-    return tyro.conf.arg(metavar=metavar, help_behavior_hint="")
+from grouser.scripts.option import option
 
 
 @dataclass(frozen=True)
@@ -30,11 +25,11 @@ class FitEmulator:
     estimator_options={"of": "results/emulators/one-point-ransac.json"})
     """
 
-    results: Annotated[tuple[Path, ...], _arg("DIR ...")]
+    results: Annotated[tuple[Path, ...], option("DIR ...")]
     """Folders of `grouser compare`; the runs of all are taken together."""
-    estimators: Annotated[tuple[str, ...], _arg("NAME ...")] = ()
+    estimators: Annotated[tuple[str, ...], option("NAME ...")] = ()
     """Estimators to emulate; all that the folders hold, but the truth, by default."""
-    output: Annotated[Path, _arg("DIR")] = Path("results/emulators")
+    output: Annotated[Path, option("DIR")] = Path("results/emulators")
     """Folder for NAME.json, NAME.png and agreement.json, the quantile distances of each."""
     no_plots: bool = False
     """Do without the PNG plots of both distributions."""

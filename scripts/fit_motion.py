@@ -2,14 +2,9 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
-import tyro
-
-
-def _arg(metavar: str) -> Any:
-    """The help texts say what happens without an option; tyro's "(default: ())" would not."""
-    return tyro.conf.arg(metavar=metavar, help_behavior_hint="")
+from grouser.scripts.option import option
 
 
 @dataclass(frozen=True)
@@ -27,9 +22,9 @@ class FitMotion:
     grouser fit-motion --output results/motion
     """
 
-    terrains: Annotated[tuple[str, ...] | None, _arg("NAME ...")] = None
+    terrains: Annotated[tuple[str, ...] | None, option("NAME ...")] = None
     """Grounds to drive on; all by default."""
-    output: Annotated[Path, _arg("DIR")] = Path("results/motion")
+    output: Annotated[Path, option("DIR")] = Path("results/motion")
     """Folder for agreement.json and motion.png."""
     no_plots: bool = False
     """Do without the PNG plot."""

@@ -7,8 +7,7 @@ import numpy as np
 from rich.table import Table
 from scipy.stats import ks_2samp
 
-from grouser.checks import did_you_mean
-from grouser.envs.simulation.materials import MATERIAL_NAMES
+from grouser.envs.simulation.materials import MATERIAL_NAMES, material_index
 from grouser.estimators.evaluation.folder import write_json
 from grouser.estimators.evaluation.plots import require_matplotlib
 from grouser.geometry import Array
@@ -96,11 +95,7 @@ def _checked_terrains(names: tuple[str, ...] | None) -> tuple[str, ...]:
     if not names:
         raise UsageError("--terrains takes one name or more")
     for name in names:
-        if name not in MATERIAL_NAMES:
-            raise UsageError(
-                f"no terrain is named {name!r}; {did_you_mean(name, MATERIAL_NAMES)}"
-                f"known: {', '.join(MATERIAL_NAMES)}"
-            )
+        material_index(name)  # says what is wrong with one that there is not
     return names
 
 

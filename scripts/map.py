@@ -2,14 +2,9 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
-import tyro
-
-
-def _arg(metavar: str) -> Any:
-    """The help texts say what happens without an option; tyro's "(default: None)" would not."""
-    return tyro.conf.arg(metavar=metavar, help_behavior_hint="")
+from grouser.scripts.option import option
 
 
 @dataclass(frozen=True)
@@ -36,28 +31,28 @@ class Map:
     grouser map --log path/to/intel.log
     """
 
-    world: Annotated[str | None, _arg("NAME")] = None
+    world: Annotated[str | None, option("NAME")] = None
     """World to drive in: yan-normal (the default) or yan-over-range, the planes of paper 2, or one
     of those that `grouser worlds` draws."""
-    log: Annotated[Path | None, _arg("FILE")] = None
+    log: Annotated[Path | None, option("FILE")] = None
     """Recording with a lidar to replay instead, as grouser/Replay-v0 takes it."""
-    odometry_noise: Annotated[float | None, _arg("SHARE")] = None
+    odometry_noise: Annotated[float | None, option("SHARE")] = None
     """Recording: white noise on its odometry or tracks, as of grouser compare."""
-    estimator: Annotated[str, _arg("NAME")] = "ekf-line-slam"
+    estimator: Annotated[str, option("NAME")] = "ekf-line-slam"
     """Who maps: ekf-line-slam by default."""
-    options: Annotated[tuple[str, ...], _arg("NAME=VALUE ...")] = ()
+    options: Annotated[tuple[str, ...], option("NAME=VALUE ...")] = ()
     """Options of the estimator, such as paper=true."""
-    map: Annotated[Path | None, _arg("FILE")] = None
+    map: Annotated[Path | None, option("FILE")] = None
     """Map to find the way by, of an earlier run: map.geojson."""
     lidar: bool = False
     """Paper 2's planes: look with a lidar instead of a sensor that tells the ends of lines."""
-    seed: Annotated[int, _arg("N")] = 0
+    seed: Annotated[int, option("N")] = 0
     """Of the world, the noise and random choices; 0 by default."""
-    steps: Annotated[int | None, _arg("N")] = None
+    steps: Annotated[int | None, option("N")] = None
     """Steps at most: one loop on a plane, 600 in a world, all of a recording by default."""
-    sigmas: Annotated[float, _arg("K")] = 3.0
+    sigmas: Annotated[float, option("K")] = 3.0
     """Half width of the bands in the picture, in standard deviations; 3 by default."""
-    output: Annotated[Path | None, _arg("DIR")] = None
+    output: Annotated[Path | None, option("DIR")] = None
     """Folder for the results; by default a new one, results/map-..."""
 
     def run(self) -> int:

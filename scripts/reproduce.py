@@ -2,14 +2,11 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import tyro
 
-
-def _arg(metavar: str) -> Any:
-    """The help texts say what happens without an option; tyro's "(default: None)" would not."""
-    return tyro.conf.arg(metavar=metavar, help_behavior_hint="")
+from grouser.scripts.option import option
 
 
 @dataclass(frozen=True)
@@ -36,12 +33,12 @@ class Reproduce:
     yan, EKF SLAM with lines that are seen by bisection (a quarter of an hour)."""
     quick: bool = False
     """Little of everything, to see that it works; the numbers then mean little."""
-    estimators: Annotated[tuple[str, ...], _arg("NAME ...")] = ()
+    estimators: Annotated[tuple[str, ...], option("NAME ...")] = ()
     """Of zhao: estimators that take part; by default all that are registered and read neither
     lidar nor lines."""
-    jobs: Annotated[int, _arg("N")] = 2
+    jobs: Annotated[int, option("N")] = 2
     """Processes at once, 2 by default; what measures time runs before, alone."""
-    output: Annotated[Path | None, _arg("DIR")] = None
+    output: Annotated[Path | None, option("DIR")] = None
     """Folder for the page; by default a new one, results/reproduce-..."""
     resume: bool = False
     """Go on with the folder --output: what is done is not done again."""

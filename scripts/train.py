@@ -2,14 +2,9 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-import tyro
-
-
-def _arg(metavar: str) -> Any:
-    """The help texts say what happens without an option; tyro's "(default: None)" would not."""
-    return tyro.conf.arg(metavar=metavar, help_behavior_hint="")
+from grouser.scripts.option import option
 
 
 @dataclass(frozen=True)
@@ -30,25 +25,25 @@ class Train:
     tensorboard --logdir results/driver
     """
 
-    estimator: Annotated[str, _arg("NAME")] = "ekf-line-slam"
+    estimator: Annotated[str, option("NAME")] = "ekf-line-slam"
     """Whose errors: ground-truth (none), an estimator that has an emulator, or an emulator's JSON
     file; ekf-line-slam by default."""
-    steps: Annotated[int, _arg("N")] = 300_000
+    steps: Annotated[int, option("N")] = 300_000
     """Steps of all environments together; 300000 by default."""
     algorithm: Literal["ppo", "sac", "recurrent-ppo"] = "ppo"
     """How to learn; ppo by default."""
-    output: Annotated[Path | None, _arg("DIR")] = None
+    output: Annotated[Path | None, option("DIR")] = None
     """Folder for policy.zip, checkpoint.zip and TensorBoard's log; by default a new one,
     results/train-..."""
     resume: bool = False
     """Go on with the training in --output."""
-    seed: Annotated[int, _arg("N")] = 0
+    seed: Annotated[int, option("N")] = 0
     """Of worlds, errors and the network; 0 by default."""
-    worlds: Annotated[tuple[str, ...], _arg("NAME ...")] = ("depot",)
+    worlds: Annotated[tuple[str, ...], option("NAME ...")] = ("depot",)
     """Kinds of world to learn in; depot by default, whose obstacles the lidar sees."""
-    difficulty: Annotated[float, _arg("0..1")] = 0.5
+    difficulty: Annotated[float, option("0..1")] = 0.5
     """How hard they are; 0.5 by default."""
-    goals: Annotated[int, _arg("N")] = 1
+    goals: Annotated[int, option("N")] = 1
     """Goals in an episode, one after another; 1 by default."""
     covariance: bool = False
     """Show the policy the estimate's covariance."""

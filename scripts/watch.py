@@ -2,14 +2,9 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
-import tyro
-
-
-def _arg(metavar: str) -> Any:
-    """The help texts say what happens without an option; tyro's "(default: None)" would not."""
-    return tyro.conf.arg(metavar=metavar, help_behavior_hint="")
+from grouser.scripts.option import option
 
 
 @dataclass(frozen=True)
@@ -28,21 +23,21 @@ class Watch:
     grouser watch --policy runs/ppo/policy.zip
     """
 
-    policy: Annotated[str, _arg("NAME")] = "pretrained"
+    policy: Annotated[str, option("NAME")] = "pretrained"
     """Who drives: pretrained (default), straight, pursuit, dynamic-window, or a policy's file."""
-    estimator: Annotated[str, _arg("NAME")] = "ekf-line-slam"
+    estimator: Annotated[str, option("NAME")] = "ekf-line-slam"
     """Whose poses the driver gets; ekf-line-slam by default."""
-    world: Annotated[str, _arg("NAME")] = "depot"
+    world: Annotated[str, option("NAME")] = "depot"
     """Kind of world; the depot by default."""
-    goals: Annotated[int, _arg("N")] = 1
+    goals: Annotated[int, option("N")] = 1
     """Goals to reach, one after another; 1 by default."""
-    seed: Annotated[int, _arg("S")] = 0
+    seed: Annotated[int, option("S")] = 0
     """Of the episode, 0 by default."""
-    pose_latency: Annotated[float, _arg("S")] = 0.0
+    pose_latency: Annotated[float, option("S")] = 0.0
     """How late estimates arrive, s; 0 by default."""
-    dynamics: Annotated[str | None, _arg("NAME")] = None
+    dynamics: Annotated[str | None, option("NAME")] = None
     """bullet (default) or fast."""
-    output: Annotated[Path | None, _arg("FILE")] = None
+    output: Annotated[Path | None, option("FILE")] = None
     """A video (.mp4, .avi) of all of it, or a picture (.png) of its end; a window when left out,
     which needs a screen and the extra `view`."""
 

@@ -6,14 +6,11 @@ from typing import Annotated, Any
 
 import tyro
 
+from grouser.scripts.option import option
+
 
 def _arg(metavar: str) -> Any:
     return tyro.conf.arg(metavar=metavar)
-
-
-def _silent(metavar: str) -> Any:
-    """The help text says what happens without the option; tyro's "(default: None)" would not."""
-    return tyro.conf.arg(metavar=metavar, help_behavior_hint="")
 
 
 @dataclass(frozen=True)
@@ -34,16 +31,16 @@ class Worlds:
     grouser worlds --names yard --terrain mixed --randomize light texture --seeds 3
     """
 
-    names: Annotated[tuple[str, ...], _silent("NAME ...")] = ()
+    names: Annotated[tuple[str, ...], option("NAME ...")] = ()
     """Worlds to draw, all by default: yard, depot, room, corridor, parking-lot, garden, orchard,
     forest, rubble."""
     difficulty: Annotated[tuple[float, ...], _arg("D ...")] = (0.5,)
     """How hard, from 0 to 1; several are drawn side by side."""
     seeds: Annotated[int, _arg("N")] = 1
     """Worlds of each kind and difficulty: seeds 0 to N-1."""
-    terrain: Annotated[str | None, _silent("NAME")] = None
+    terrain: Annotated[str | None, option("NAME")] = None
     """Another ground: gravel, asphalt, cement, grass, mud, ice, or mixed patches of all."""
-    randomize: Annotated[tuple[str, ...], _silent("WHAT ...")] = ()
+    randomize: Annotated[tuple[str, ...], option("WHAT ...")] = ()
     """What to vary at random: texture, light, clutter, friction (not visible)."""
     renderer: Annotated[str, _arg("NAME")] = "raster"
     """What draws the camera's view: raster or opengl."""

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from grouser.checks import did_you_mean
 from grouser.geometry import Array
 
 TEXTURES = (
@@ -58,7 +59,8 @@ def material_index(name: str) -> int:
         ValueError: there is no such material; the message lists those there are.
     """
     if name not in MATERIAL_NAMES:
-        raise ValueError(f"no terrain is named {name!r}; known: {', '.join(MATERIAL_NAMES)}")
+        hint = did_you_mean(name, MATERIAL_NAMES)
+        raise ValueError(f"no terrain is named {name!r}; {hint}known: {', '.join(MATERIAL_NAMES)}")
     return MATERIAL_NAMES.index(name)
 
 
