@@ -80,7 +80,7 @@ def _node(space: FreeSpace, place: Array) -> int:
     (x, y), (left, bottom) = place.tolist(), space.origin.tolist()
     row = min(max(round((y - bottom) / space.cell), 0), rows - 1)
     column = min(max(round((x - left) / space.cell), 0), columns - 1)
-    return row * columns + column
+    return int(row * columns + column)
 
 
 @kernel
