@@ -284,9 +284,8 @@ def _sensors_read(
 ) -> tuple[str, ...]:
     """Keys that an estimator or a policy reads; of what an estimator may do without, those that
     the robot has by default."""
-    kind = registry.estimator_class(estimator)
-    unread = frozenset[str]() if options.get("source") else kind.optional_for_source
-    read = kind.requires | (kind.optional & set(DEFAULT_SENSORS)) - unread | set(policy)
+    optional = registry.optional_keys(estimator, options) & set(DEFAULT_SENSORS)
+    read = registry.estimator_class(estimator).requires | optional | set(policy)
     return tuple(key for key in SENSORS if key in read)
 
 

@@ -1,6 +1,6 @@
 """Estimators by name: `register`, `make`, `names`, and the entry-point group for other packages."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -89,6 +89,21 @@ def estimator_class(name: str) -> type[PoseEstimator]:
             f"{GROUND_TRUTH!r} and {EMULATED!r} may"
         )
     return found
+
+
+def optional_keys(name: str, options: Mapping[str, Any]) -> frozenset[str]:
+    """The observation keys that an estimator of a name and options reads where the robot has them:
+    without a `source` not those that only a source would read."""
+    kind = estimator_class(name)
+    has_source = {**spec(name).options, **options}.get("source")
+    return kind.optional if has_source else kind.optional - kind.optional_for_source
+
+
+def keys_read(names: Iterable[str]) -> frozenset[str]:
+    """The observation keys that estimators of these names read together, where there are such."""
+    return frozenset[str]().union(
+        *(estimator_class(name).requires | optional_keys(name, {}) for name in names)
+    )
 
 
 def make(name: str, rig: Rig, **options: Any) -> PoseEstimator:

@@ -33,9 +33,7 @@ def choose(asked: Sequence[str], gives: frozenset[str], source: str) -> list[str
 
 def sensors_for(names: Iterable[str], gives: frozenset[str]) -> list[str]:
     """The sensors that these estimators read; what nobody reads is not even rendered."""
-    classes = [registry.estimator_class(name) for name in names]
-    wanted = frozenset[str]().union(*(c.requires | c.optional for c in classes))
-    return sorted((wanted & gives) - TRUTH_KEYS - {"stamp"})
+    return sorted((registry.keys_read(names) & gives) - TRUTH_KEYS - {"stamp"})
 
 
 def _lacks(name: str, gives: frozenset[str]) -> list[str]:

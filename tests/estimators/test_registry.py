@@ -137,3 +137,11 @@ def test_what_is_missing_is_named_beside_what_is_there() -> None:
     )
     with pytest.raises(ValueError, match=words):
         check_observation_keys(DeadReckoning(RIG), ["stamp", "left"])
+
+
+def test_what_only_a_source_reads_is_not_read_without_one() -> None:
+    images = {"left", "right"}
+    assert not images & registry.optional_keys("icr-ekf", {})
+    assert images <= registry.optional_keys("icr-ekf", {"source": "one-point-ransac"})
+    assert not images & registry.keys_read(["icr-ekf", "dead-reckoning"])
+    assert images <= registry.keys_read(["icr-ekf", "one-point-ransac"])

@@ -49,9 +49,7 @@ def forms(names: Sequence[str]) -> tuple[str, ...]:
 
 def sensors_for(names: Sequence[str]) -> tuple[str, ...]:
     """The sensors that these estimators read."""
-    classes = [registry.estimator_class(name) for name in names]
-    wanted = frozenset[str]().union(*(c.requires | c.optional for c in classes))
-    return tuple(sorted(wanted & (_given() - {"stamp"})))
+    return tuple(sorted(registry.keys_read(names) & (_given() - {"stamp"})))
 
 
 def _ordered(names: list[str]) -> tuple[str, ...]:
