@@ -1,11 +1,14 @@
 """What a second process brings: an asynchronous vector of two environments against one."""
 
+import multiprocessing
 from itertools import cycle
+from multiprocessing.connection import Connection
 
 import gymnasium as gym
 import numpy as np
 
 import grouser  # noqa: F401  (registers the environments)
+from grouser.envs.fleet.shares import keeping_to, processors
 from grouser.envs.sensors.stereo import EYES
 from grouser.envs.sensors.suite import DEFAULT_SENSORS
 from grouser.scripts.benchmark_timing import Figures, Measurement, curves, seconds
@@ -14,27 +17,35 @@ _ID = "grouser/TrackedRobot-v0"
 _ROUNDS = 8
 
 
-def two_processes_with_images() -> Figures:
-    """Steps of a vector of two for every step of one environment, with stereo 320x240."""
-    return {"environment.async2_over_1_images": (_gain(list(DEFAULT_SENSORS), n=15), "ratio")}
+def with_images() -> Figures:
+    """Steps of two for every step of one environment, with stereo 320x240."""
+    return _gains("images", list(DEFAULT_SENSORS), n=15)
 
 
-def two_processes_without_images() -> Figures:
+def without_images() -> Figures:
     """The same without images."""
-    blind = [key for key in DEFAULT_SENSORS if key not in EYES]
-    return {"environment.async2_over_1_blind": (_gain(blind, n=100), "ratio")}
+    return _gains("blind", [key for key in DEFAULT_SENSORS if key not in EYES], n=100)
+
+
+def _names(what: str) -> tuple[str, str]:
+    return f"environment.async2_over_1_{what}", f"environment.strangers2_over_1_{what}"
 
 
 MEASUREMENTS = (
-    Measurement(two_processes_with_images, ("environment.async2_over_1_images",)),
-    Measurement(two_processes_without_images, ("environment.async2_over_1_blind",)),
+    Measurement(with_images, _names("images")),
+    Measurement(without_images, _names("blind")),
 )
 
 
-def _gain(sensors: list[str], *, n: int) -> float:
-    """Both take turns, n steps at a time, so that whatever else the machine does slows both."""
+def _gains(what: str, sensors: list[str], *, n: int) -> Figures:
+    """By a vector of two, and by two processes that have nothing to do with one another, each on a
+    processor of its own: what this machine's second processor is worth.
+
+    All take turns, n steps at a time, so that whatever else the machine does slows all.
+    """
     one = gym.make(_ID, sensors=sensors)
     two = gym.make_vec(_ID, 2, sensors=sensors)
+    strangers = [_Stranger(sensors, processor) for processor in (0, 1)]
     one.reset(seed=0)
     two.reset(seed=0)
     actions = cycle(curves())
@@ -48,12 +59,55 @@ def _gain(sensors: list[str], *, n: int) -> float:
         for _ in range(n):
             two.step(next(pairs))
 
-    steps_of_one()  # kernels load
-    steps_of_two()
-    alone, together = [], []
-    for _ in range(_ROUNDS):
-        alone.append(seconds(steps_of_one))
-        together.append(seconds(steps_of_two))
+    def steps_of_strangers() -> None:
+        for stranger in strangers:
+            stranger.begin(n)
+        for stranger in strangers:
+            stranger.end()
+
+    turns = steps_of_one, steps_of_two, steps_of_strangers
+    for turn in turns:
+        turn()  # kernels load
+    alone, together, apart = np.median(
+        [[seconds(turn) for turn in turns] for _ in range(_ROUNDS)], axis=0
+    )
     one.close()
     two.close()
-    return float(2 * np.median(alone) / np.median(together))
+    for stranger in strangers:
+        stranger.close()
+    gains = 2 * alone / together, 2 * alone / apart
+    return {name: (float(g), "ratio") for name, g in zip(_names(what), gains, strict=True)}
+
+
+class _Stranger:
+    """A process that steps an environment of its own, on one processor."""
+
+    def __init__(self, sensors: list[str], processor: int) -> None:
+        self._pipe, its_end = multiprocessing.Pipe()
+        share = processors(processor, 2)
+        self._process = multiprocessing.Process(
+            target=_step_alone, args=(sensors, processor, share, its_end), daemon=True
+        )
+        self._process.start()
+
+    def begin(self, n: int) -> None:
+        self._pipe.send(n)
+
+    def end(self) -> None:
+        self._pipe.recv()
+
+    def close(self) -> None:
+        self._pipe.send(0)
+        self._process.join()
+
+
+def _step_alone(sensors: list[str], seed: int, share: frozenset[int], pipe: Connection) -> None:
+    with keeping_to(share):
+        env = gym.make(_ID, sensors=sensors)
+        env.reset(seed=seed)
+        actions = cycle(curves())
+        while n := pipe.recv():
+            for _ in range(n):
+                env.step(next(actions))
+            pipe.send(n)
+        env.close()
