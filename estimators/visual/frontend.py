@@ -1,7 +1,7 @@
 """Binocular stereo processing (paper 1 III.A.1): corners, descriptors, matches between the eyes."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cv2
@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grouser.estimators.base import Observation
-from grouser.estimators.visual.alignment import align_rows
 from grouser.estimators.visual.corners import strength
 from grouser.estimators.visual.descriptor import Descriptors, Image, match_rows, smooth
+from grouser.estimators.visual.eye_rows import EyeRows, EyeRowsFit
 from grouser.estimators.visual.fast import FastFeatures
 from grouser.estimators.visual.features import FeatureExtractor, Likeness
+from grouser.estimators.visual.row_alignment import align_rows
 from grouser.estimators.visual.sift import SiftFeatures
 from grouser.geometry import Array
 from grouser.rig import StereoCamera
@@ -84,6 +85,8 @@ class StereoFrame:
     """(n, k)"""
     likeness: Likeness
     """How the descriptors are compared."""
+    rows: EyeRows
+    """How the eyes' rows differ."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,24 +105,30 @@ class Keyframe:
 
 
 class StereoFrontend:
-    """Turns stereo pairs into matched features; its only state is the extractor's."""
+    """Turns stereo pairs into matched features; it remembers what its extractor does, and how the
+    eyes' rows differ."""
 
     def __init__(self, options: FrontendOptions, *, disparity_offset: float = 0.0) -> None:
         self._options = options
         self._offset = disparity_offset
         self._extractor = FEATURES[options.features](options.corners)
+        self._rows = EyeRowsFit()
 
     def reset(self) -> None:
         """Forget what earlier images led to."""
         self._extractor.reset()
+        self._rows = EyeRowsFit()
 
     def extract(self, left: Image, right: Image) -> StereoFrame:
         """Features of a rectified pair (H, W) uint8, matched to the pixel."""
         options, likeness = self._options, self._extractor.likeness
         features, others = self._extractor.extract(left, right)
         left, right = smooth(left, _ALIGNMENT_BLUR), smooth(right, _ALIGNMENT_BLUR)
+        rows = self._rows.rows(left.shape)
+        sought = features.places.copy()
+        sought[:, 1] += np.rint(rows.at(sought.astype(float))).astype(np.int32)
         partner = match_rows(
-            features.places,
+            sought,
             features.descriptors,
             others.places,
             others.descriptors,
@@ -134,11 +143,11 @@ class StereoFrontend:
         points[:, :2] = features.places[kept]
         points[:, 2] = features.places[kept, 0] - others.places[partner[kept], 0]
         points[:, 2] -= self._offset
-        return StereoFrame(left, right, points, features.descriptors[kept], likeness)
+        return StereoFrame(left, right, points, features.descriptors[kept], likeness, rows)
 
     def make_keyframe(self, frame: StereoFrame) -> Keyframe:
         """The frame with its disparities to a fraction of a pixel; what does not align is left."""
-        aligned = align_disparities(frame, frame.points, self._offset)
+        aligned = self._align(frame)
         points = np.column_stack([frame.points[:, :2], aligned[:, 0]])
         good = np.nan_to_num(points[:, 2]) > _MIN_DISPARITY
         return Keyframe(
@@ -149,14 +158,28 @@ class StereoFrontend:
             strength(frame.left, points[good]),
         )
 
+    def _align(self, frame: StereoFrame) -> Array:
+        """Disparities and slopes (n, 3) of a frame's points, from which the eyes' rows are learnt;
+        of the first frame once more, when they are known."""
+        while True:
+            first = self._rows.empty
+            aligned, off = align_disparities(frame, frame.points, self._offset)
+            lower = frame.rows.at(frame.points) + off[:, 0]
+            self._rows.learn(frame.points, lower, off[:, 1], frame.rows.half)
+            if not first or self._rows.empty:
+                return aligned
+            frame = replace(frame, rows=self._rows.rows(frame.left.shape))
 
-def align_disparities(frame: StereoFrame, points: Array, offset: float) -> Array:
-    """Calibrated sub-pixel disparities and their slopes (n, 3) at points (n, 3) u, v, d [px].
+
+def align_disparities(frame: StereoFrame, points: Array, offset: float) -> tuple[Array, Array]:
+    """Calibrated sub-pixel disparities and their slopes (n, 3) at points (n, 3) u, v, d [px], and
+    the rows' errors (n, 2) of `align_rows`.
 
     offset: measured minus true disparity, px. NaN where a patch does not align.
     """
-    measured = points + [0.0, 0.0, offset]
-    return np.asarray(align_rows(frame.left, frame.right, measured, _ROW_LIMIT)) - [offset, 0, 0]
+    measured, lower = points + [0.0, 0.0, offset], frame.rows.at(points)
+    aligned, rows = align_rows(frame.left, frame.right, measured, lower, _ROW_LIMIT)
+    return aligned - [offset, 0, 0], rows
 
 
 _ROW_LIMIT = 1.5  # px of disparity from what the descriptors found

@@ -114,7 +114,7 @@ def match_frames(
     )
     settled = np.flatnonzero(np.isfinite(place[:, 0]))
     points = np.column_stack([place[settled], now[settled, 2]])
-    disparity = align_disparities(current, points, disparity_offset)[:, 0]
+    disparity = align_disparities(current, points, disparity_offset)[0][:, 0]
     good = np.nan_to_num(disparity) > 0
     aligned = np.column_stack([place[settled][good], disparity[good]])
     kept = settled[good]

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from grouser.estimators.visual.alignment import align_plane, align_rows
+from grouser.estimators.visual.alignment import align_plane
 from grouser.estimators.visual.descriptor import Image, smooth
+from grouser.estimators.visual.row_alignment import align_rows
 from grouser.geometry import Array
 from tests.estimators.visual.pictures import HEIGHT, WIDTH, grid, painted, plain, stripes, waves
 
@@ -28,7 +29,7 @@ def right_eye(disparity: float, slope_x: float = 0.0, slope_y: float = 0.0) -> I
 def rows(right: Image, guess: float, left: Image = LEFT, limit: float = 1.5) -> Array:
     places = grid()
     points = np.column_stack([places, np.full(len(places), guess)])
-    return np.asarray(align_rows(left, right, points, limit))
+    return np.asarray(align_rows(left, right, points, np.zeros(len(points)), limit)[0])
 
 
 @pytest.mark.parametrize("disparity", [0.0, 6.1, 6.25, 6.5, 6.9, 12.37])
@@ -46,7 +47,7 @@ def test_a_slanted_plane_is_recovered_with_its_slopes(slopes: tuple[float, float
     truth = 8.0 + sx * (places[:, 0] - WIDTH / 2) + sy * (places[:, 1] - HEIGHT / 2)
     near = np.abs(truth - 8.0) < 7
     points = np.column_stack([places, np.rint(truth)])[near]
-    aligned = align_rows(LEFT, right_eye(8.0, sx, sy), points, 1.5)
+    aligned, _ = align_rows(LEFT, right_eye(8.0, sx, sy), points, np.zeros(len(points)), 1.5)
     settled = np.isfinite(aligned[:, 0])
     assert settled.mean() > 0.9
     error = aligned[settled, 0] - truth[near][settled]
@@ -67,7 +68,33 @@ def test_what_does_not_settle_near_the_guess_is_nan() -> None:
     flat = np.full_like(LEFT, 90)
     assert np.isnan(rows(flat, 6.0, left=flat)).all()
     outside = np.array([[3.0, 50.0, 0.0], [80.0, 2.0, 0.0], [20.0, 50.0, 18.0]])
-    assert np.isnan(align_rows(LEFT, LEFT, outside, 1.5)).all()
+    assert np.isnan(align_rows(LEFT, LEFT, outside, np.zeros(3), 1.5)[0]).all()
+
+
+@pytest.mark.parametrize("true", [-0.8, -0.3, 0.0, 0.4, 1.0])
+def test_how_much_lower_the_right_eye_sees_is_told_and_once_known_costs_nothing(
+    true: float,
+) -> None:
+    """Told to a seventh from the same row; once it is told, disparity is what it was, but for a
+    second interpolation's error."""
+    right = painted(TEXTURE, lambda x, y: (x + 6.4, y - true))
+    places = grid()
+    points = np.column_stack([places, np.full(len(places), 6.0)])
+    guess = np.zeros(len(points))
+    _, off = align_rows(LEFT, right, points, guess, 1.5)
+    assert np.nanmedian(off[:, 0]) == pytest.approx(true, abs=0.05 + 0.15 * abs(true))
+    aligned, left_over = align_rows(LEFT, right, points, guess + true, 1.5)
+    assert np.isfinite(aligned).all()
+    assert abs(np.median(left_over[:, 0])) < 0.01
+    assert np.sqrt(np.mean((aligned[:, 0] - 6.4) ** 2)) < 0.05
+
+
+def test_what_runs_along_the_rows_tells_no_row() -> None:
+    """Upright stripes look the same in every row."""
+    upright = smooth(plain(lambda x, y: stripes(y, x)), 1.0)
+    points = np.column_stack([grid(), np.zeros(len(grid()))])
+    _, off = align_rows(upright, upright, points, np.zeros(len(points)), 1.5)
+    assert (np.nan_to_num(off[:, 1]) == 0).all()
 
 
 WARPS = {

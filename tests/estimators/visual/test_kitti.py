@@ -16,6 +16,7 @@ import pytest
 from grouser.envs.replay import ReplayEnv
 from grouser.estimators import PoseEstimate, Status, make
 from grouser.estimators.evaluation.metrics import Drift, drift
+from grouser.estimators.visual.frontend import FrontendOptions, StereoFrontend, grey
 from grouser.geometry import Array, inverse_transform, lift, so3_exp, transform
 
 INTERPOLATED = 10  # frames
@@ -75,13 +76,18 @@ def test_it_tracks_every_frame(kitti_06: Path, name: str) -> None:
     assert {e.status for e in estimates} == {Status.TRACKING}
 
 
-@pytest.mark.parametrize("quality", ["fast", "standard", "high"])
-def test_one_point_drifts_little_in_space(kitti_06: Path, quality: str) -> None:
+@pytest.mark.parametrize(
+    ("quality", "percent", "of_measured"),
+    [("fast", 0.72, 0.64), ("standard", 0.68, 0.62), ("high", 0.68, 0.62)],
+)
+def test_one_point_drifts_little_in_space(
+    kitti_06: Path, quality: str, percent: float, of_measured: float
+) -> None:
     run = replayed(kitti_06, "one-point-ransac", quality=quality)
-    assert run.in_space().translation_percent <= 0.75
+    assert run.in_space().translation_percent <= percent
     assert run.in_space().rotation_deg_per_m <= 0.019
     measured = run.in_space(INTERPOLATED)
-    assert measured.translation_percent <= 0.65
+    assert measured.translation_percent <= of_measured
     assert measured.rotation_deg_per_m <= 0.009
 
 
@@ -92,8 +98,9 @@ def test_one_point_drifts_little_on_the_plane(kitti_06: Path) -> None:
 
 
 def test_from_frame_to_frame_on_the_plane_it_drifts_little_more(kitti_06: Path) -> None:
+    """On a plane alone the pitching camera feigns an offset of disparities, 0.05 px of it."""
     run = replayed(kitti_06, "one-point-ransac", refinement="planar", frame_to_frame=True)
-    assert run.on_the_plane().translation_percent <= 0.8
+    assert run.on_the_plane().translation_percent <= 0.85
     assert run.on_the_plane().rotation_deg_per_m <= 0.014
 
 
@@ -111,6 +118,66 @@ def test_what_is_left_is_one_turn_between_the_reference_and_the_cameras(kitti_06
     assert np.degrees(np.linalg.norm(turn)) == pytest.approx(0.3, abs=0.05)
     X = transform(so3_exp(turn), np.zeros(3))
     assert drifted(X @ truth @ inverse_transform(X), poses).translation_percent <= 0.3
+
+
+def test_the_reference_itself_could_not_drift_less_than_the_cameras_disagree_with_it(
+    kitti_06: Path,
+) -> None:
+    """Whoever moved exactly as the reference says, but in the direction that the cameras see, and
+    turned as they see while headings are interpolated, drifts by nearly as much as we do."""
+    run = replayed(kitti_06, "one-point-ransac", quality="high")
+    truth, seen = increments(run.true_3d), increments(run.poses_3d)
+    turn = np.cross(direction(run.true_3d[INTERPOLATED:]), direction(run.poses_3d[INTERPOLATED:]))
+    X = transform(so3_exp(turn), np.zeros(3))
+    best = X @ truth @ inverse_transform(X)
+    best[: INTERPOLATED + 2] = seen[: INTERPOLATED + 2]
+    best[: INTERPOLATED + 2, :3, 3] *= lengths(truth, seen)[: INTERPOLATED + 2, None]
+    floor = drifted(run.true_3d, composed(best))
+    assert floor.translation_percent > 0.6
+    assert floor.rotation_deg_per_m > 0.0125
+    assert run.in_space().translation_percent < floor.translation_percent + 0.06
+
+
+def increments(poses: Array) -> Array:
+    return np.asarray(inverse_transform(poses[:-1]) @ poses[1:])
+
+
+def lengths(truth: Array, seen: Array) -> Array:
+    """(n,) true lengths of increments over those seen."""
+    true, ours = (np.linalg.norm(steps[:, :3, 3], axis=1) for steps in (truth, seen))
+    return np.asarray(true / ours)
+
+
+def composed(steps: Array) -> Array:
+    poses = [np.eye(4)]
+    for step in steps:
+        poses.append(poses[-1] @ step)
+    return np.array(poses)
+
+
+@pytest.mark.parametrize("corner", [0, 1])
+def test_the_eyes_rows_differ_by_more_than_half_a_pixel_and_it_is_found(
+    kitti_06: Path, corner: int
+) -> None:
+    """From the left upper corner to the right upper one by a pixel and a half: by opposite signs.
+    Two halves of the recording agree on it."""
+    env = ReplayEnv(kitti_06)
+    observation, _ = env.reset()
+    frontend = StereoFrontend(FrontendOptions())
+    height, width = observation["left"].shape[:2]
+    place = np.array([[0.1 + 0.8 * corner, 0.1]]) * [width, height]
+    lower = []
+    for _half in range(2):
+        frontend.reset()
+        for _ in range(20):
+            observation = env.step(np.zeros(2, dtype=np.float32))[0]
+            frame = frontend.extract(
+                grey(observation["left"], "left"), grey(observation["right"], "right")
+            )
+            frontend.make_keyframe(frame)
+        lower.append(frame.rows.at(place)[0])
+    assert abs(lower[0] - lower[1]) < 0.1
+    assert lower[0] * (1 - 2 * corner) > 0.5
 
 
 def direction(poses: Array) -> Array:
