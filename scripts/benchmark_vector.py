@@ -41,19 +41,22 @@ def _gains(what: str, sensors: list[str], *, n: int) -> Figures:
     """By a vector of two, and by two processes that have nothing to do with one another, each on a
     processor of its own: what this machine's second processor is worth.
 
-    All take turns, n steps at a time, so that whatever else the machine does slows all.
+    Against the same drives through the same two worlds, one after the other in one process. All
+    take turns, n steps at a time, so that whatever else the machine does slows all.
     """
-    one = gym.make(_ID, sensors=sensors)
+    ones = [gym.make(_ID, sensors=sensors) for _ in range(2)]
     two = gym.make_vec(_ID, 2, sensors=sensors)
-    strangers = [_Stranger(sensors, processor) for processor in (0, 1)]
-    one.reset(seed=0)
+    strangers = [_Stranger(sensors, k) for k in range(2)]
+    for k, one in enumerate(ones):
+        one.reset(seed=k)
     two.reset(seed=0)
-    actions = cycle(curves())
+    singles = [cycle(curves()) for _ in ones]
     pairs = cycle(np.stack([action, action]) for action in curves())
 
     def steps_of_one() -> None:
-        for _ in range(n):
-            one.step(next(actions))
+        for one, actions in zip(ones, singles, strict=True):
+            for _ in range(n):
+                one.step(next(actions))
 
     def steps_of_two() -> None:
         for _ in range(n):
@@ -71,22 +74,22 @@ def _gains(what: str, sensors: list[str], *, n: int) -> Figures:
     alone, together, apart = np.median(
         [[seconds(turn) for turn in turns] for _ in range(_ROUNDS)], axis=0
     )
-    one.close()
+    for one in ones:
+        one.close()
     two.close()
     for stranger in strangers:
         stranger.close()
-    gains = 2 * alone / together, 2 * alone / apart
+    gains = alone / together, alone / apart
     return {name: (float(g), "ratio") for name, g in zip(_names(what), gains, strict=True)}
 
 
 class _Stranger:
-    """A process that steps an environment of its own, on one processor."""
+    """A process that steps the k-th world, on the k-th processor."""
 
-    def __init__(self, sensors: list[str], processor: int) -> None:
+    def __init__(self, sensors: list[str], k: int) -> None:
         self._pipe, its_end = multiprocessing.Pipe()
-        share = processors(processor, 2)
         self._process = multiprocessing.Process(
-            target=_step_alone, args=(sensors, processor, share, its_end), daemon=True
+            target=_step_alone, args=(sensors, k, processors(k, 2), its_end), daemon=True
         )
         self._process.start()
 

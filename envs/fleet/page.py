@@ -43,6 +43,8 @@ class PageFormat:
         self, observation: Mapping[str, Field], info: Mapping[str, Field], num_envs: int
     ) -> None:
         self.num_envs = num_envs
+        self.having = [f"_{key}" for key in info]
+        """Names of Gymnasium's flags of who has an info."""
         self._outcome = list(_places(_OUTCOME, num_envs, 0))
         self._info = list(_places(info, num_envs, self._outcome[-1].end))
         self.n_bytes_before_observations = [*self._outcome, *self._info][-1].end
@@ -105,10 +107,7 @@ class Page(NamedTuple):
     def infos(self) -> dict[str, Any]:
         """The infos of all environments as Gymnasium batches them: beside each, who has it."""
         having = np.ones((len(self.info), self.format.num_envs), dtype=np.bool_)
-        infos: dict[str, Any] = {}
-        for (key, rows), all_of in zip(self.info.items(), having, strict=True):
-            infos[key], infos[f"_{key}"] = rows, all_of
-        return infos
+        return {**self.info, **dict(zip(self.format.having, having, strict=True))}
 
 
 def _places(fields: Mapping[str, Field], num_envs: int, start: int) -> Iterator[_Place]:
