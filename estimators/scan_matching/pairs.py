@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from grouser.estimators.scan_matching.nearest_field import nearest_to
 from grouser.estimators.scan_matching.reference import Reference
+from grouser.estimators.scan_matching.shared_lines import line_at
 from grouser.estimators.scan_matching.surface import Surface
 from grouser.geometry import Array
 from grouser.kernels import kernel, kernel_using
@@ -44,7 +45,7 @@ def no_pairs(m: int) -> Pairs:
     )
 
 
-@kernel_using(nearest_to)
+@kernel_using(nearest_to, line_at)
 def pair(
     surface: Surface,
     reference: Reference,
@@ -69,23 +70,27 @@ def pair(
         # What has no neighbours may lie anywhere along a wall that the beams hardly meet.
         if i < 0 or np.isnan(sigmas[k]) or np.isnan(n_sigmas[i]):
             continue
-        dx, dy = x - q[i, 0], y - q[i, 1]
+        qx, qy, nx, ny = q[i, 0], q[i, 1], n[i, 0], n[i, 1]
+        n_sigma = n_sigmas[i]  # as rough as it is, for all scans alike: their mean is no surer
+        if np.isfinite(n_sigma):
+            line = line_at(reference.surface, reference.shared, i)
+            qx, qy, nx, ny = line[0], line[1], line[2], line[3]
+        dx, dy = x - qx, y - qy
         if dx * dx + dy * dy > radius * radius:
             continue
-        nx, ny = n[i, 0], n[i, 1]
         mx, my = c * normals[k, 0] - s * normals[k, 1], s * normals[k, 0] + c * normals[k, 1]
         facing = nx * mx + ny * my
         if facing < -same_side:
             continue  # the other side of a thin wall
         pairs.scans[k] = reference.scans[i]
         J = pairs.by_pose[k]
-        if facing > same_side and np.isfinite(sigmas[k]) and np.isfinite(n_sigmas[i]):
+        if facing > same_side and np.isfinite(sigmas[k]) and np.isfinite(n_sigma):
             pairs.on_line[k] = True
             pairs.off[k, 0], pairs.off[k, 1] = nx * dx + ny * dy, 0.0
             J[0, 0], J[0, 1], J[0, 2] = nx, ny, ny * lx - nx * ly
             J[1] = 0.0
-            pairs.along[k, 0], pairs.along[k, 1] = -n_sigmas[i] * ny, n_sigmas[i] * nx
-            pairs.along[k, 2] = n_sigmas[i] * (nx * lx + ny * ly)
+            pairs.along[k, 0], pairs.along[k, 1] = -n_sigma * ny, n_sigma * nx
+            pairs.along[k, 2] = n_sigma * (nx * lx + ny * ly)
         else:
             pairs.off[k, 0], pairs.off[k, 1] = dx, dy
             J[0, 0], J[0, 1], J[0, 2] = 1.0, 0.0, -ly

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grouser.estimators.scan_matching.nearest_field import NearestField, nearest_field
+from grouser.estimators.scan_matching.shared_lines import SharedLines, shared_lines
 from grouser.estimators.scan_matching.surface import Surface
 from grouser.geometry import Array
 from grouser.kernels import kernel
@@ -23,6 +24,8 @@ class Reference(NamedTuple):
     poses: Array
     """(k, 3)"""
     field: NearestField
+    shared: SharedLines
+    """What the scans tell together."""
 
 
 def make_reference(surfaces: Sequence[Surface], poses: Array) -> Reference:
@@ -51,7 +54,13 @@ def make_reference(surfaces: Sequence[Surface], poses: Array) -> Reference:
         median(one.sigma for one in surfaces),
     )
     scans = np.repeat(np.arange(len(surfaces), dtype=np.int32), counts)
-    return Reference(surface, scans, poses, nearest_field(points, REACH, _CELL))
+    return Reference(
+        surface,
+        scans,
+        poses,
+        nearest_field(points, REACH, _CELL),
+        shared_lines(surface, scans, len(surfaces)),
+    )
 
 
 @kernel
