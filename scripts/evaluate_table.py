@@ -1,6 +1,6 @@
 """Scores of an evaluation as a table for the terminal."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from rich import box
@@ -22,23 +22,25 @@ _COLUMNS: tuple[tuple[str, Callable[[Score], str]], ...] = (
     ("price", lambda s: f"{s.price_of_estimation:+.3f}"),
     ("95 %", lambda s: f"{s.price_low:+.2f}..{s.price_high:+.2f}"),
 )
-_SPARED = ("soft\nSPL", "time\ns")
+_SPARED = ("soft\nSPL", "time\ns", "belief\nm")
 """Left out where a column for drivers needs their room."""
 
 
 def score_table(scores: Sequence[Score], title: str) -> Table:
     """A row for every driver and estimator."""
+    with_driver = len({s.policy for s in scores}) > 1
+    with_latency = len({s.pose_latency for s in scores}) > 1
+    wide = with_driver or with_latency
+    columns = [c for c in _COLUMNS if not (wide and c[0] in _SPARED)]
+    far = "goal: how far" if wide else "goal, belief: how far, truly and as the robot believes,"
     table = Table(
         title=title,
-        caption="goal, belief: how far the goal is in the end, truly and as the robot believes; "
-        "price: SPL\nunder the true pose minus SPL under the estimator, in the same episodes",
+        caption=f"{far} the goal is in the end; price: SPL under the true\npose minus SPL under "
+        "the estimator, in the same episodes",
         caption_justify="left",
         box=box.SIMPLE_HEAD,
         padding=0,
     )
-    with_driver = len({s.policy for s in scores}) > 1
-    with_latency = len({s.pose_latency for s in scores}) > 1
-    columns = [c for c in _COLUMNS if not ((with_driver or with_latency) and c[0] in _SPARED)]
     names = short_names([s.policy for s in scores])
     if with_driver:
         table.add_column("driver", no_wrap=True)
@@ -65,9 +67,8 @@ def short_names(policies: Sequence[str]) -> dict[str, str]:
     }
 
 
-def contrast_words(contrast: Contrast) -> str:
-    """A line on what a driver gains over the first one."""
-    names = short_names([contrast.against, contrast.policy])
+def contrast_words(contrast: Contrast, names: Mapping[str, str]) -> str:
+    """A line on what a driver gains over the first one, by their `short_names`."""
     late = f", {contrast.pose_latency:g} s late" if contrast.pose_latency else ""
     return (
         f"{names[contrast.policy]} over {names[contrast.against]}, {contrast.estimator}{late}: SPL "

@@ -29,7 +29,7 @@ from grouser.scripts.compare_world import world_options
 from grouser.scripts.evaluate import Evaluate
 from grouser.scripts.evaluate_folder import EvaluationFolder, Watched, key_of
 from grouser.scripts.evaluate_plot import plot_latencies
-from grouser.scripts.evaluate_table import contrast_words, gap_words, score_table
+from grouser.scripts.evaluate_table import contrast_words, gap_words, score_table, short_names
 from grouser.scripts.ray_cluster import require_cluster
 from grouser.scripts.sweep import sweep
 from grouser.scripts.terminal import progress, table_console
@@ -164,7 +164,8 @@ def _report(options: Evaluate, folder: EvaluationFolder, console: Console) -> No
     gaps, contrasts = gaps_of(options, folder, scores), contrasts_of(options, folder)
     folder.report(scores, gaps, contrasts)
     console.print(score_table(scores, f"{options.world}, {options.goals} goal(s) an episode"))
-    for words in (*map(gap_words, gaps), *map(contrast_words, contrasts)):
+    names = short_names([score.policy for score in scores])
+    for words in (*map(gap_words, gaps), *(contrast_words(c, names) for c in contrasts)):
         console.print(words)
     if _is_sweep(options) and not options.no_plots:
         console.print(f"plot: {plot_latencies(folder.path, scores)}")
