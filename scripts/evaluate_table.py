@@ -35,7 +35,7 @@ def score_table(scores: Sequence[Score], title: str) -> Table:
     far = "goal: how far" if wide else "goal, belief: how far, truly and as the robot believes,"
     table = Table(
         title=title,
-        caption=f"{far} the goal is in the end; price: SPL under the true\npose minus SPL under "
+        caption=f"{far} the goal is in the end;\nprice: SPL under the true pose minus SPL under "
         "the estimator, in the same episodes",
         caption_justify="left",
         box=box.SIMPLE_HEAD,
