@@ -39,7 +39,7 @@ def motion_source(
             that the rig has.
         readable: keys that whoever asks reads, so that the estimator may read them, too.
         paper: the printed Jacobians of steering.
-        scan_aided: each scan, where there are any, is laid over the one before to correct what
+        scan_aided: each scan, where there are any, is laid over the last ones to correct what
             odometry reports. Not for whoever matches scans: each would count twice.
 
     Raises:

@@ -1,22 +1,24 @@
-"""A predictor whose increments are made surer by laying each lidar scan over the one before."""
+"""A predictor whose increments are made surer by laying each lidar scan over the last ones."""
+
+from dataclasses import replace
 
 import numpy as np
 
 from grouser.estimators.base import Observation
 from grouser.estimators.line_slam.scan_stream import ScanStream
+from grouser.estimators.scan_matching.local_map import LocalMap, LocalMapOptions
 from grouser.estimators.scan_matching.matcher import ScanMatch, ScanMatcher
-from grouser.estimators.scan_matching.reference import make_reference
 from grouser.estimators.scan_matching.surface import Surface, surface_of
 from grouser.estimators.visual.prediction import Increment, MotionPredictor
-from grouser.geometry import Array, wrap
+from grouser.geometry import Array, between, compose, wrap
 from grouser.rig import Rig
 
 
 class ScanAidedPredictor(MotionPredictor):
-    """Another predictor's increments, and what two scans tell of the motion between them.
+    """Another predictor's increments, and what scans laid over the last ones tell of the motion.
 
     Odometry that errs by degrees a metre lets a wrong line turn the heading as far, and nothing
-    says so; the whole of two scans tells the turn to a fraction of a degree, where there are no
+    says so; the whole of the scans tells the turn to a fraction of a degree, where there are no
     lines, too (SPEC 2.6). The noise of a scan is in the increments before and after it and in the
     lines that it shows, so that of what a match tells, a share is believed.
     """
@@ -27,26 +29,35 @@ class ScanAidedPredictor(MotionPredictor):
         """observation: the first one."""
         self._inner, self.errors = inner, inner.errors
         self._scans, self._matcher = ScanStream(rig, observation), ScanMatcher()
-        self._last = self._new_surface(observation, None)
+        self._map, self._at = LocalMap(LocalMapOptions()), np.zeros(3)
+        self._lay(self._new_surface(observation, None))
 
     def predict(self, observation: Observation, biases: Array) -> Increment:
         increment = self._inner.predict(observation, biases)
-        before, self._last = self._last, self._new_surface(observation, increment.pose)
-        if before is None or self._last is None:
-            return increment
-        match = self._matcher.match(
-            self._last,
-            make_reference([before], np.zeros(3)),
-            increment.pose,
-            increment.covariance,
-        )
-        return _combined(increment, match)
+        surface = self._new_surface(observation, increment.pose)
+        information = np.zeros((3, 3))
+        if surface is not None and len(self._map):
+            match = self._matched(surface, increment)
+            information = _believed(match)
+            increment = _combined(increment, match.pose, information)
+        if not information.any():
+            # The way from these scans to the next one is known by odometry alone: it would bend
+            # their map.
+            self._map = LocalMap(LocalMapOptions())
+        self._at = compose(self._at, increment.pose)
+        self._lay(surface)
+        return increment
 
     def learn(self, increment: Array | None) -> None:
         self._inner.learn(increment)
 
     def tell(self, biases: Array, covariance: Array) -> dict[str, float]:
         return self._inner.tell(biases, covariance)
+
+    def _lay(self, surface: Surface | None) -> None:
+        """Add a scan to the map, if there is one and it adds something."""
+        if surface is not None and self._map.wants(self._at):
+            self._map.add(surface, self._at)
 
     def _new_surface(self, observation: Observation, increment: Array | None) -> Surface | None:
         """Of the scan that came with this observation; None where none came."""
@@ -56,15 +67,31 @@ class ScanAidedPredictor(MotionPredictor):
         surface = surface_of(scan)
         return surface if len(surface.points) >= _FEWEST else None
 
+    def _matched(self, surface: Surface, increment: Increment) -> ScanMatch:
+        """The scan laid over the map, as seen from where the robot was before."""
+        turned = np.eye(3)  # derivative of the pose in the map by the increment
+        c, s = np.cos(self._at[2]), np.sin(self._at[2])
+        turned[:2, :2] = [[c, -s], [s, c]]
+        match = self._matcher.match(
+            surface,
+            self._map.reference,
+            compose(self._at, increment.pose),
+            turned @ increment.covariance @ turned.T,
+        )
+        return replace(
+            match,
+            pose=between(self._at, match.pose),
+            information=turned.T @ match.information @ turned,
+        )
 
-def _combined(increment: Increment, match: ScanMatch) -> Increment:
-    """The increment, corrected by what is believed of a match."""
+
+def _combined(increment: Increment, told: Array, information: Array) -> Increment:
+    """The increment, corrected by a match's pose (3,) and what is believed of it."""
     prior = np.linalg.inv(increment.covariance)
-    information = _believed(match)
     C = np.linalg.inv(prior + information)
     # The match's pose is what scan and guess say together, in proportion of their information;
     # in what the scan tells it is the scan's, and where it tells nothing it is the guess.
-    off = match.pose - increment.pose
+    off = told - increment.pose
     off[2] = wrap(off[2])
     pose = increment.pose + C @ information @ off
     pose[2] = wrap(pose[2])
@@ -94,5 +121,5 @@ _SHARE = 0.25
 """Of its information: the noise of a scan is in two increments, and in the lines that correct what
 comes of them."""
 _FLOOR = np.array([0.01, 0.01, np.radians(0.25)])
-"""m, m, rad: no motion is known better by two scans, which hide more than noise: people, glass, a
+"""m, m, rad: no motion is known better by scans, which hide more than noise: people, glass, a
 floor that tilts."""
