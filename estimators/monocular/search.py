@@ -73,7 +73,7 @@ def search(
     ).astype(np.float64)
     places = align_plane(
         atlas, picture.aligned, middles, guesses[tried].astype(np.float64), warps[tried], _LIMIT
-    )
+    )[:, :2]
     pixels = np.rint(np.nan_to_num(places, nan=-1.0)).astype(np.int32)
     inside = (pixels >= PATCH_RADIUS).all(axis=1)
     inside &= (pixels < [width - PATCH_RADIUS, height - PATCH_RADIUS]).all(axis=1)

@@ -41,10 +41,11 @@ def align_plane(
     """Where points (n, >=2) u, v of `reference` lie in `current`; NaN where it does not settle.
 
     Args: guesses (n, >=2) px; warps (n, 2, 2) how offsets in the reference patch appear now.
-    Returns: (n, 2) px, by inverse-compositional alignment of the warped patch.
+    Returns: (n, 4) u, v [px], by inverse-compositional alignment of the warped patch, and the
+    variances of both per squared grey level of noise: an edge hardly tells where along it one is.
     """
     n, size = points.shape[0], 2 * PLANE_RADIUS + 1
-    out = np.full((n, 2), np.nan)
+    out = np.full((n, 4), np.nan)
     patch, seen = np.empty((size + 2, size + 2)), np.empty((size, size))
     gx, gy = np.empty((size, size)), np.empty((size, size))
     for i in range(n):
@@ -67,6 +68,7 @@ def align_plane(
             y -= dy
             if abs(dx) < _SETTLED and abs(dy) < _SETTLED:
                 out[i, 0], out[i, 1] = x, y
+                out[i, 2], out[i, 3] = yy / determinant, xx / determinant
                 break
     return out
 

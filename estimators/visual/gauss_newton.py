@@ -175,6 +175,7 @@ def gauss_newton(
     prior_mean: Array,
     prior_information: Array,
     noise: Array,
+    shares: Array,
     T_base_camera: Array,
     camera: Array,
     limit: int,
@@ -210,7 +211,7 @@ def gauss_newton(
         H[:], g[:], by_disparity[:] = 0.0, 0.0, 0.0
         for i in range(n):
             if errors[i] < GATE * scale:
-                weight = 1.0 / (1.0 + errors[i] / (CAUCHY * scale))
+                weight = shares[i] / (1.0 + errors[i] / (CAUCHY * scale))
                 _accumulate(
                     weight, residual[i], by_point[i], by_motion[i], information[i],
                     H, g, by_disparity,

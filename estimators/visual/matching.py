@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grouser.estimators.visual.alignment import align_plane
+from grouser.estimators.visual.alignment import PLANE_RADIUS, align_plane
 from grouser.estimators.visual.descriptor import match_around
 from grouser.estimators.visual.frontend import Keyframe, StereoFrame, align_disparities
 from grouser.geometry import Array
+from grouser.kernels import kernel
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,16 +37,22 @@ class PixelNoise:
     """px more per unit by which the patch is stretched or sheared: detail comes and goes with it"""
     disparity: float = 0.1
     """px"""
+    grey: float = 3.0
+    """Grey levels by which two looks at the same patch differ: little texture, or texture of one
+    direction, makes pixels of that. Without it a skyline's points are believed along the skyline"""
 
     def expected(self) -> Array:
         """(6,) variances of u, v, d in the keyframe and now, of a patch that looks the same."""
         return np.array([_CUT, _CUT, self.disparity, self.place, self.place, self.disparity]) ** 2
 
-    def of_warps(self, warps: Array) -> Array:
-        """(n, 6) the same of patches under warps (n, 2, 2)."""
+    def of_patches(self, warps: Array, spreads: Array) -> Array:
+        """(n, 6) the same of patches under warps (n, 2, 2), by how little texture held them: the
+        variances (n, 2) of u and v per squared grey level.
+        """
         stretch = np.linalg.norm(warps - np.eye(2), axis=(1, 2))
         variances = np.tile(self.expected(), (len(warps), 1))
         variances[:, 3:5] += (self.deformation * stretch[:, None]) ** 2
+        variances[:, 3:5] += self.grey**2 * spreads
         return variances
 
 
@@ -76,6 +83,8 @@ class Matches:
     """(n, 6) variances of u, v, d in the reference and in the current frame [px^2]"""
     candidates: int
     """How many features matched before the choice."""
+    shares: Array | None = None
+    """(n,) what share of its pixels each has to itself (`own_shares`); None where all of them."""
 
 
 def match_frames(
@@ -113,17 +122,45 @@ def match_frames(
         reference.left, current.left, reference.points[found], now, warps, _ALIGNMENT_LIMIT
     )
     settled = np.flatnonzero(np.isfinite(place[:, 0]))
-    points = np.column_stack([place[settled], now[settled, 2]])
+    points = np.column_stack([place[settled, :2], now[settled, 2]])
     disparity = align_disparities(current, points, disparity_offset)[0][:, 0]
     good = np.nan_to_num(disparity) > 0
-    aligned = np.column_stack([place[settled][good], disparity[good]])
+    aligned = np.column_stack([points[good, :2], disparity[good]])
     kept = settled[good]
     return Matches(
         reference.points[found[kept]],
         aligned,
-        noise.of_warps(warps[kept]),
+        noise.of_patches(warps[kept], place[kept, 2:]),
         candidates,
+        own_shares(aligned, PATCH_REACH),
     )
+
+
+@kernel
+def own_shares(points: Array, reach: float) -> Array:
+    """(n,) what share of its pixels a point (n, >= 2) has to itself: 1 alone, half of two at one
+    place.
+
+    Patches that overlap err alike, and two such points are no two witnesses.
+
+    Args:
+        reach: px from a point to the next one that shares no pixel with it.
+    """
+    n = points.shape[0]
+    shares = np.empty(n)
+    for i in range(n):
+        together = 0.0
+        for j in range(n):
+            across = 1.0 - abs(points[j, 0] - points[i, 0]) / reach
+            down = 1.0 - abs(points[j, 1] - points[i, 1]) / reach
+            if across > 0.0 and down > 0.0:
+                together += across * down
+        shares[i] = 1.0 / together
+    return shares
+
+
+PATCH_REACH = 2 * PLANE_RADIUS + 3.0
+"""px: a patch, and what the blur before alignment (`frontend`) brings into it"""
 
 
 def surface_warp(by_point: Array, slopes: Array) -> Array:

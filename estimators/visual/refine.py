@@ -43,6 +43,7 @@ def refine(
     noise: Array,
     T_base_camera: Array,
     camera: Array,
+    shares: Array | None = None,
     iterations: int = 20,
 ) -> Refinement:
     """The motion that best explains matched points.
@@ -54,6 +55,8 @@ def refine(
         prior: of the motion; its sigmas are finite, if wide.
         noise: (n, 6) variances of u, v, d in the reference and in the current frame [px^2].
         T_base_camera: (4, 4) mount; camera: (5,) from `intrinsics`.
+        shares: (n,) how much of a witness each point is; those that err alike are one together.
+            Left out, all are independent.
     """
     information = 1.0 / prior.sigma**2
     motion, points, by_disparity, errors, scale, steps = gauss_newton(
@@ -64,6 +67,7 @@ def refine(
         prior.mean,
         information,
         noise,
+        np.ones(len(reference)) if shares is None else shares,
         T_base_camera,
         camera,
         iterations,

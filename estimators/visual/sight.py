@@ -225,6 +225,7 @@ class KeyframeSight(Generic[FrameT, KeyframeT]):
             noise=matches.noise,
             T_base_camera=self._camera.T_base_camera,
             camera=self._intrinsics,
+            shares=matches.shares,
         )
 
 

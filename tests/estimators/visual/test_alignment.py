@@ -129,7 +129,7 @@ def test_a_warped_patch_is_found_to_a_twentieth_of_a_pixel(warp: Array, brightne
     found = align_plane(LEFT, current, grid(), guesses, warps, 2.5)
     settled = np.isfinite(found[:, 0])
     assert settled.mean() > 0.9
-    error = np.linalg.norm(found[settled] - truth[settled], axis=1)
+    error = np.linalg.norm(found[settled, :2] - truth[settled], axis=1)
     assert np.sqrt(np.mean(error**2)) < 0.05
 
 
@@ -140,9 +140,23 @@ def test_a_wrong_warp_is_worse_than_the_right_one() -> None:
     def error(assumed: Array) -> float:
         warps = np.tile(assumed, (len(truth), 1, 1))
         found = align_plane(LEFT, current, grid(), truth, warps, 2.5)
-        return float(np.sqrt(np.nanmean((found - truth) ** 2)))
+        return float(np.sqrt(np.nanmean((found[:, :2] - truth) ** 2)))
 
     assert error(warp) < error(np.eye(2)) / 2
+
+
+def test_a_patch_says_how_far_noise_of_its_pixels_moves_it() -> None:
+    """One picture in sixty exposures: the scatter of each place, along u and along v."""
+    rng, places = np.random.default_rng(2), grid()
+    warps, sigma = np.tile(np.eye(2), (len(places), 1, 1)), 4.0
+    found = []
+    for _ in range(60):
+        noisy = np.clip(np.rint(LEFT + rng.normal(0, sigma, LEFT.shape)), 0, 255).astype(np.uint8)
+        found.append(align_plane(LEFT, noisy, places, places, warps, 2.5))
+    scatter = np.std([f[:, :2] for f in found], axis=0)
+    said = sigma * np.sqrt(found[0][:, 2:])
+    assert np.median(scatter / said) == pytest.approx(1.0, abs=0.15)
+    assert np.corrcoef(scatter.ravel(), said.ravel())[0, 1] > 0.8
 
 
 def test_an_edge_that_may_slide_along_itself_is_refused() -> None:

@@ -69,7 +69,8 @@ def test_it_does_what_is_printed(iterations: int) -> None:
     motion, points, by_disparity, errors = printed(matches, supporters, PRIOR, CAMERA, iterations)
     found = gauss_newton(
         matches.reference, matches.current, START, supporters, PRIOR.mean, PRIOR.sigma**-2.0,
-        matches.noise, CAMERA.T_base_camera, intrinsics(CAMERA), iterations,
+        matches.noise, np.ones(len(matches.noise)), CAMERA.T_base_camera, intrinsics(CAMERA),
+        iterations,
     )  # fmt: skip
     np.testing.assert_allclose(found[0], motion, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(found[1], points, rtol=1e-8, atol=1e-6 * np.abs(points).max())
@@ -84,7 +85,7 @@ def test_it_stops_where_a_step_is_a_hundredth_of_a_sigma() -> None:
         matches = matched(rng, CAMERA, TRUTH, noise=NOISE, outliers=6)
         problem = (
             matches.reference, matches.current, START, np.arange(64) >= 6, PRIOR.mean,
-            PRIOR.sigma**-2.0, matches.noise, CAMERA.T_base_camera, intrinsics(CAMERA),
+            PRIOR.sigma**-2.0, matches.noise, np.ones(64), CAMERA.T_base_camera, intrinsics(CAMERA),
         )  # fmt: skip
         motion, points, _, _, _, steps = gauss_newton(*problem, 40)
         assert steps < 20
@@ -98,6 +99,6 @@ def test_a_point_behind_the_camera_is_an_outlier() -> None:
     matches.reference[0, 2] = 1e4  # a centimetre away, and the robot drives past it
     _, _, _, errors, _, _ = gauss_newton(
         matches.reference, matches.current, START, np.arange(20) >= 1, PRIOR.mean,
-        PRIOR.sigma**-2.0, matches.noise, CAMERA.T_base_camera, intrinsics(CAMERA), 5,
+        PRIOR.sigma**-2.0, matches.noise, np.ones(20), CAMERA.T_base_camera, intrinsics(CAMERA), 5,
     )  # fmt: skip
     assert np.isinf(errors[0]) and np.isfinite(errors[1:]).all()

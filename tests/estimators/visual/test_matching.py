@@ -15,6 +15,7 @@ from grouser.estimators.visual.matching import (
     PixelNoise,
     Prediction,
     match_frames,
+    own_shares,
     spread,
     surface_warp,
 )
@@ -169,13 +170,36 @@ def test_fewer_points_than_wanted_are_all_kept() -> None:
 
 def test_a_patch_that_looks_another_way_is_found_less_exactly() -> None:
     """A keyframe's point is where it was cut; stretch and shear add to the noise of the other."""
-    alike, stretched = NOISE.of_warps(np.array([np.eye(2), 1.2 * np.eye(2)]))
+    warps, rich = np.array([np.eye(2), 1.2 * np.eye(2)]), np.zeros((2, 2))
+    alike, stretched = NOISE.of_patches(warps, rich)
     np.testing.assert_array_equal(alike, NOISE.expected())
     np.testing.assert_allclose(np.sqrt(alike[2:]), [0.1, 0.08, 0.08, 0.1])
     assert (stretched[3:5] > alike[3:5]).all()
     np.testing.assert_array_equal(stretched[[0, 1, 2, 5]], alike[[0, 1, 2, 5]])
     found = matches(expected(KEY, 6.0, -4.0, 1.0), MOVED)
     assert found.noise.shape == (len(found.reference), 6)
+    assert found.shares is not None and found.shares.shape == (len(found.reference),)
+
+
+def test_a_skyline_hardly_tells_where_along_it_one_is() -> None:
+    skyline = NOISE.of_patches(np.eye(2)[None], np.array([[4e-3, 1e-5]]))[0]
+    assert skyline[3] > 4 * skyline[4]
+    assert skyline[4] == pytest.approx(NOISE.place**2, rel=0.05)
+
+
+def test_points_on_the_same_pixels_are_one_witness_together() -> None:
+    far = np.array([[10.0, 10.0], [40.0, 10.0], [10.0, 40.0]])
+    np.testing.assert_array_equal(own_shares(far, 13.0), 1.0)
+    same = own_shares(np.repeat(far, 4, axis=0), 13.0)
+    np.testing.assert_allclose(same, 1 / 4)
+    near = own_shares(np.array([[10.0, 10.0], [16.5, 10.0]]), 13.0)
+    np.testing.assert_allclose(near, 1 / 1.5)
+    rng = np.random.default_rng(0)
+    crowd = own_shares(rng.uniform(0, 50, (200, 2)), 13.0)
+    assert (crowd > 0).all() and (crowd <= 1).all()
+    # No more witnesses than there is room for: 200 patches lie on 19 patches' worth of pixels.
+    assert crowd.sum() < 2 * (50 + 13) ** 2 / 13**2
+    assert own_shares(far[:0], 13.0).shape == (0,)
 
 
 def test_the_warp_of_a_plane_is_the_derivative_of_its_image() -> None:

@@ -56,6 +56,32 @@ def test_without_noise_all_six_numbers_are_found() -> None:
     assert np.abs(result.motion - truth).max() < 1e-7
 
 
+def test_points_that_are_counted_twice_at_half_a_share_change_nothing() -> None:
+    """Neither the motion nor how sure it is said to be; at a whole share it would be surer."""
+    truth = np.array([0.05, 0.1, -0.01, 0.008, 0.006, -0.01])
+    once = matched(np.random.default_rng(4), CAMERA, truth, noise=NOISE)
+    twice = [np.repeat(points, 2, axis=0) for points in (once.reference, once.current)]
+
+    def result(points: list[Array], share: float) -> Refinement:
+        n = len(points[0])
+        return refine(
+            *points,
+            start=truth,
+            supporters=np.ones(n, dtype=bool),
+            prior=ANYTHING,
+            noise=np.tile(NOISE, (n, 1)),
+            T_base_camera=CAMERA.T_base_camera,
+            camera=intrinsics(CAMERA),
+            shares=np.full(n, share),
+        )
+
+    alone, halves = result([once.reference, once.current], 1.0), result(twice, 0.5)
+    np.testing.assert_allclose(halves.motion, alone.motion, atol=1e-6)
+    np.testing.assert_allclose(halves.covariance, alone.covariance, rtol=0.1, atol=1e-12)
+    trusting = result(twice, 1.0)
+    assert np.trace(trusting.covariance) < 0.65 * np.trace(alone.covariance)
+
+
 def test_turn_and_chord_are_as_uncertain_as_said() -> None:
     """SPEC's acceptance: a frame's NEES of (turn, chord) in [1.7, 2.4]; two would be ideal."""
     truth, nees, ratio = six(0.03, 0.1), [], []
