@@ -125,6 +125,7 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         self._start_from(self._frontend.extract(observation), np.eye(4))
         self._check = DisparityCheck()
         self._doubtful = self._stood = False
+        self._moved = np.zeros(3)
         self._failures = 0
         self._last_seen = self._looked_at = float(observation["stamp"][0])
         return PoseEstimate(
@@ -218,11 +219,15 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
     def _weigh(self, sight: Sight, increment: Increment, stamp: float) -> _Weighed:
         """What of a sight may be believed, by itself and by the sight before."""
         glimpse = None if sight.motion is None else sight.planar()
-        self._glimpses.take(glimpse, stamp - self._looked_at)
-        self._looked_at = stamp
-        stands = self._glimpses.stand(increment)
         few = self._rule.sees_little(sight)
         doubtful = few and sight.fits_by_chance
+        duration, self._looked_at = stamp - self._looked_at, stamp
+        if glimpse is not None and doubtful and increment.measured:
+            # Points that agree by chance lead anywhere; where no robot comes is not where it is.
+            ways = increment.pose, self._moved
+            glimpse = None if self._glimpses.leaps(glimpse.pose, duration, *ways) else glimpse
+        self._glimpses.take(glimpse, duration)
+        stands = self._glimpses.stand(increment)
         # After standing, everything may be elsewhere: a few matches then are found by chance.
         # So they are where they fit as chance does, unless the tracks say the same.
         chance = (few and self._stood) or (doubtful and not self._predicted.measured)
@@ -267,6 +272,7 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
 
     def _learn(self, relative: Array, seen: RelativePose | None, expected: Expectation) -> None:
         """What the next prediction starts from."""
+        self._moved = between(self._believed.pose, relative)
         if seen is None:
             self._failures += 1
             self._believed = Expectation(relative, expected.covariance)

@@ -51,6 +51,13 @@ class Glimpses:
         step = between(before.pose, glimpse.pose)
         self._step = _Step(step, before.covariance + glimpse.covariance, duration)
 
+    def leaps(self, pose: Array, duration: float, *ways: Array) -> bool:
+        """Whether a pose (3,), seen of the keyframe, is farther from the one before than a robot
+        comes in so long [s] that moves as one of the ways (3,) does."""
+        longest = max(float(np.hypot(way[0], way[1])) for way in ways)
+        step = between(self.last.pose, pose)
+        return bool(np.hypot(step[0], step[1]) > longest + 4 * _ACCELERATION[0] * duration**2)
+
     def stand(self, increment: Increment) -> bool:
         """Whether vision sees no motion since the last frame, and the tracks do.
 

@@ -70,6 +70,16 @@ def test_a_keyframe_does_not_interrupt_the_motion() -> None:
     assert glimpses.last.pose == pytest.approx(STEP)
 
 
+def test_nowhere_is_farther_than_the_robot_may_have_come() -> None:
+    """By its tracks or as it moved before, and by what it may have gained since."""
+    glimpses, still = seen([STEP]), np.zeros(3)
+    near, far = compose(STEP, [0.09, 0.0, 0.0]), compose(STEP, [0.0, 1.4, 0.0])
+    assert not glimpses.leaps(near, 0.1, STEP, still)
+    assert glimpses.leaps(far, 0.1, STEP, still)
+    assert not glimpses.leaps(far, 0.1, still, np.array([0.0, -1.4, 0.0]))
+    assert not glimpses.leaps(far, 1.0, STEP, still), "in a second it may"
+
+
 def test_rest_against_tracks_that_move() -> None:
     tracks = Increment(STEP, np.eye(3) * 1e-6, np.zeros((3, 0)))
     assert seen([STEP, np.zeros(3)]).stand(tracks)
