@@ -105,7 +105,9 @@ def slip_elements(figures: Figures, names: Sequence[str]) -> list[Element]:
 def _measured(outcome: Outcome) -> dict[str, float]:
     forward, left, rate = outcome["twist"].T
     moving = np.abs(forward) > _STANDING
-    side = float(np.abs(left[moving]).sum() / np.abs(forward[moving]).sum()) if moving.any() else 0
+    side = np.nan
+    if moving.any():
+        side = float(np.abs(left[moving]).sum() / np.abs(forward[moving]).sum())
     turning = np.isfinite(outcome["icr"]).all(axis=1)
     centre = float(np.median(np.abs(outcome["icr"][turning, 2]))) if turning.any() else np.nan
     return {
@@ -121,9 +123,11 @@ _DT = 0.1  # s, of the simulated robot's step
 
 def _told(outcome: Outcome, name: str) -> dict[str, float]:
     error = course_errors(outcome, name)
+    way = distance(outcome)
     matches, inliers = (outcome[f"{name}.{key}"][1:] for key in ("matches", "inliers"))
     return {
-        "drift_percent": float(np.linalg.norm(error[-1, :2])) / 10 / max(distance(outcome), 1e-9),
+        # A share of no way is none: a few frames of a tour may all be a turn on the spot.
+        "drift_percent": float(np.linalg.norm(error[-1, :2])) / 10 / way if way > 0.01 else np.nan,
         "heading_end_deg": float(abs(error[-1, 2])),
         "inlier_percent": 100 * _share(inliers, matches),
         "tracking_percent": 100 * float(outcome[f"{name}.tracking"][1:].mean()),
@@ -143,10 +147,12 @@ def _by_slip(figures: Figures) -> list[str]:
 def _picture(figures: Figures, shown: Sequence[str]) -> Picture:
     figure, axes = new_figure(11, 3.4, 1, 2)
     style, order = styles(shown), _by_slip(figures)
+    order = [drive for drive in order if figures[f"slip.{drive}.side_percent"] is not None]
     slip = [figures[f"slip.{drive}.side_percent"] for drive in order]
     for name in shown:
         for area, key in zip(axes[0], ("drift_percent", "inlier_percent"), strict=True):
-            values = [figures[f"slip.{drive}.{name}.{key}"] for drive in order]
+            told = [figures[f"slip.{drive}.{name}.{key}"] for drive in order]
+            values = [np.nan if value is None else value for value in told]
             area.plot(slip, values, marker="o", ms=4, label=name, **style[name])
     finish(axes[0, 0], x="measured side slip [%]", y="drift [%]", legend=True)
     finish(axes[0, 1], x="measured side slip [%]", y="inliers [%]")
