@@ -99,8 +99,9 @@ def _free_position(
     reach = _HALF_SIZE - radius
     for _ in range(_TRIES):
         candidates = rng.uniform(-reach, reach, (16, 2))
-        distance = np.linalg.norm(candidates[:, None] - taken, axis=-1)
-        free = np.flatnonzero(np.all(distance > taken_radii + radius, axis=1))
+        apart = candidates[:, None] - taken
+        distance = np.sqrt(apart[..., 0] ** 2 + apart[..., 1] ** 2)
+        free = np.flatnonzero((distance > taken_radii + radius).all(axis=1))
         if free.size:
             return np.asarray(candidates[free[0]])
     raise NoPlace
