@@ -10,7 +10,7 @@ from grouser.estimators.scan_matching.local_map import LocalMap, LocalMapOptions
 from grouser.estimators.scan_matching.matcher import ScanMatch, ScanMatcher
 from grouser.estimators.scan_matching.surface import Surface, surface_of
 from grouser.estimators.visual.prediction import Increment, MotionPredictor
-from grouser.geometry import Array, between, compose, wrap
+from grouser.geometry import Array, between, compose, compose_jacobians, wrap
 from grouser.rig import Rig
 
 
@@ -69,9 +69,7 @@ class ScanAidedPredictor(MotionPredictor):
 
     def _matched(self, surface: Surface, increment: Increment) -> ScanMatch:
         """The scan laid over the map, as seen from where the robot was before."""
-        turned = np.eye(3)  # derivative of the pose in the map by the increment
-        c, s = np.cos(self._at[2]), np.sin(self._at[2])
-        turned[:2, :2] = [[c, -s], [s, c]]
+        _, turned = compose_jacobians(self._at, increment.pose)
         match = self._matcher.match(
             surface,
             self._map.reference,

@@ -278,7 +278,7 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
             self._believed = Expectation(relative, expected.covariance)
         else:
             self._failures = 0
-            self._predictor.learn(between(self._believed.pose, relative))
+            self._predictor.learn(self._moved)
             self._believed = Expectation(relative, seen.covariance)
 
     def _expect_rest(self, increment: Increment) -> None:

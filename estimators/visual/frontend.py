@@ -161,14 +161,18 @@ class StereoFrontend:
     def _align(self, frame: StereoFrame) -> Array:
         """Disparities and slopes (n, 3) of a frame's points, from which the eyes' rows are learnt;
         of the first frame once more, when they are known."""
-        while True:
-            first = self._rows.empty
-            aligned, off = align_disparities(frame, frame.points, self._offset)
-            lower = frame.rows.at(frame.points) + off[:, 0]
-            self._rows.learn(frame.points, lower, off[:, 1], frame.rows.half)
-            if not first or self._rows.empty:
-                return aligned
-            frame = replace(frame, rows=self._rows.rows(frame.left.shape))
+        was_empty = self._rows.empty
+        aligned = self._align_once(frame)
+        if was_empty and not self._rows.empty:
+            rows = self._rows.rows(frame.left.shape)
+            aligned = self._align_once(replace(frame, rows=rows))
+        return aligned
+
+    def _align_once(self, frame: StereoFrame) -> Array:
+        aligned, off = align_disparities(frame, frame.points, self._offset)
+        lower = frame.rows.at(frame.points) + off[:, 0]
+        self._rows.learn(frame.points, lower, off[:, 1], frame.rows.half)
+        return aligned
 
 
 def align_disparities(frame: StereoFrame, points: Array, offset: float) -> tuple[Array, Array]:
