@@ -66,6 +66,7 @@ class GraphLineSlam(PoseEstimator, Smoother):
         announce()
         self._make_motion = motion_source(rig, odometry, readable=self.requires | self.optional)
         self._rig = rig
+        self._field_of_view = rig.lidar.n_beams * abs(rig.lidar.angle_increment)
         self.keyframe_distance, self.keyframe_turn = keyframe_distance, keyframe_turn
         self.supported_for = supported_for
         require_positive(self, "keyframe_distance", "keyframe_turn", "supported_for")
@@ -97,7 +98,7 @@ class GraphLineSlam(PoseEstimator, Smoother):
         """
         self._graph, self._keyframes = PoseGraph(), Keyframes()
         self._front = FrontEnd(self._make_motion(observation, rng))
-        self._closer = LoopCloser(self._loops, self._fit)
+        self._closer = LoopCloser(self._loops, self._fit, self._field_of_view)
         self._support = Support(self.supported_for)
         self._unsettled = 0
         self._scans = ScanStream(self._rig, observation)
@@ -129,8 +130,12 @@ class GraphLineSlam(PoseEstimator, Smoother):
         return self._estimate(observation, supported=supported)
 
     def _moved_on(self) -> bool:
+        """Whether the scan is to be kept: far enough from the last one that was, and without doubt
+        where it was taken, as long as one can wait."""
         x, y, turn = self._front.pose.tolist()
-        return bool(np.hypot(x, y) >= self.keyframe_distance or abs(turn) >= self.keyframe_turn)
+        wait = _PATIENCE if self._front.doubtful else 1.0
+        far, turned = wait * self.keyframe_distance, wait * self.keyframe_turn
+        return bool(np.hypot(x, y) >= far or abs(turn) >= turned)
 
     def _keep(self, surface: Surface) -> None:
         """Make the scan a keyframe, and close the loops that it makes sure of."""
@@ -176,6 +181,8 @@ class GraphLineSlam(PoseEstimator, Smoother):
         )
 
 
+_PATIENCE = 4.0
+"""Times the usual way or turn for which a scan that is in doubt is not kept"""
 _OFTEN = 8
 """Closures after which the graph is solved"""
 _FAR = 0.05

@@ -26,7 +26,13 @@ class FrontEnd:
     def start_keyframe(self) -> None:
         """The robot is where a new keyframe is."""
         self.pose, self.covariance = np.zeros(3), np.zeros((3, 3))
+        self._doubt = np.zeros(3)
         self._reference = None
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether the last scan might as well have been taken elsewhere."""
+        return bool(self._doubt.any())
 
     def forget_reference(self) -> None:
         """The graph has moved."""
@@ -39,6 +45,7 @@ class FrontEnd:
         constant = step.by_errors @ np.diag(errors.sigmas**2) @ step.by_errors.T
         P = step.by_pose @ self.covariance @ step.by_pose.T + step.covariance + constant
         self.pose, self.covariance = step.pose, (P + P.T) / 2
+        self._doubt = np.zeros(3)
 
     def correct(self, surface: Surface, graph: PoseGraph, keyframes: Keyframes) -> bool:
         """Lay the scan over the last ones; whether it fits."""
@@ -52,7 +59,8 @@ class FrontEnd:
         if match.score < _SCORE:
             return False
         self._motion.learn(np.zeros(3), match.pose)
-        self.pose, self.covariance = match.pose, match.covariance
+        self.pose, self._doubt = match.pose, match.doubt
+        self.covariance = match.covariance + np.outer(match.doubt, match.doubt)
         return True
 
     def edge_covariance(self) -> Array:

@@ -27,8 +27,9 @@ class LoopOptions:
     """Driven since the scan that is met again, m."""
     near: float = 4.0
     """Between the two, beside what the graph leaves open, m."""
-    alike: float = radians(20.0)
-    """Between their headings, beside what the graph leaves open, rad."""
+    overlap: float = 0.5
+    """Share of what the lidar sees in one heading that it sees in the other, too, at least, beside
+    what the graph leaves open: a lidar that sees all around may be turned any way."""
     agreeing: int = 3
     """Scans that must agree before a loop is closed,"""
     stretch: float = 2.0
@@ -40,9 +41,11 @@ class LoopOptions:
 
     def __post_init__(self) -> None:
         require_positive(
-            self, "least_way", "near", "alike", "stretch", "agreement", "agreement_heading"
+            self, "least_way", "near", "overlap", "stretch", "agreement", "agreement_heading"
         )
         require_whole(self, "agreeing")
+        if self.overlap >= 1:
+            raise ValueError(f"LoopOptions.overlap must be below 1, got {self.overlap}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,8 +63,9 @@ class Closure:
 class LoopCloser:
     """Looks for loops, one keyframe after another."""
 
-    def __init__(self, loops: LoopOptions, fit: FitOptions) -> None:
-        self._options = loops
+    def __init__(self, loops: LoopOptions, fit: FitOptions, field_of_view: float) -> None:
+        """field_of_view: rad, of the lidar."""
+        self._options, self._field_of_view = loops, field_of_view
         self._verifier = Verifier(fit)
         self._pending: list[Closure] = []
         self._misses = _LOST
@@ -95,13 +99,16 @@ class LoopCloser:
         seen = between(graph.poses[:n], graph.poses[-1])
         distance, turn = np.hypot(seen[:, 0], seen[:, 1]), np.abs(wrap(seen[:, 2]))
         sigma, sigma_heading = widths(graph.covariance)
-        near = (distance < o.near) & (turn < o.alike)
+        overlap = shared_view(turn, self._field_of_view)
+        near = (distance < o.near) & (overlap >= o.overlap)
         if not near.any():
             near = distance < o.near + _OPEN * sigma
-            near &= turn < o.alike + _OPEN * sigma_heading
+            least_turn = np.maximum(turn - _OPEN * sigma_heading, 0.0)
+            near &= shared_view(least_turn, self._field_of_view) >= o.overlap
         if not near.any():
             return None
-        return int(np.argmin(np.where(near, distance / o.near + turn / o.alike, np.inf)))
+        unlike = (1 - overlap) / (1 - o.overlap)
+        return int(np.argmin(np.where(near, distance / o.near + unlike, np.inf)))
 
     def _track(self, graph: PoseGraph, keyframes: Keyframes, old: int | None) -> list[Closure]:
         """The loop is closed: what follows fits the old scans, too, or it ends."""
@@ -152,6 +159,12 @@ class LoopCloser:
             np.hypot(off[0], off[1]) < self._options.agreement
             and abs(off[2]) < self._options.agreement_heading
         )
+
+
+def shared_view(turn: Array, field_of_view: float) -> Array:
+    """Share of a field of view [rad] seen in both of two headings, (n,) that are 0 .. pi apart."""
+    f = min(field_of_view, 2 * np.pi)
+    return np.asarray((np.maximum(f - turn, 0.0) + np.maximum(turn + f - 2 * np.pi, 0.0)) / f)
 
 
 def _closure(old: int, graph: PoseGraph, match: ScanMatch) -> Closure:

@@ -55,6 +55,9 @@ class ScanMatch:
     corridor (or where nothing fits)."""
     sigma: float
     """Of a distance between a point and its surface, m"""
+    doubt: Array
+    """(3,) from `pose` to where the alignment alone would lay the scan, while fewer of its points
+    fit there; zero where search and alignment agree."""
 
 
 class ScanMatcher:
@@ -87,7 +90,7 @@ class ScanMatcher:
             guess_covariance = np.diag([width.position, width.position, width.heading]) ** 2
         prior = np.asarray(np.linalg.inv(guess_covariance), dtype=np.float64)
         guess = np.array(guess, dtype=np.float64)
-        aligned, prior = self._aligned(surface, reference, guess, prior)
+        aligned, prior, doubt = self._aligned(surface, reference, guess, prior)
         share = _scan_share(aligned.by_scan)
         by_scan = share * aligned.by_scan
         information = by_scan.sum(axis=0)
@@ -105,28 +108,31 @@ class ScanMatcher:
             inlier_ratio=aligned.inliers / n,
             eigenvalue_ratio=float(max(least, 0.0) / most) if most > 0 else 0.0,
             sigma=aligned.sigma,
+            doubt=doubt,
         )
 
     def _aligned(
         self, surface: Surface, reference: Reference, guess: Array, prior: Array
-    ) -> tuple[Alignment, Array]:
-        """The alignment, and the information of the guess that it went by."""
+    ) -> tuple[Alignment, Array, Array]:
+        """The alignment, the information of the guess that it went by, and the doubt of it."""
         searching, aligning = self._options.search, self._options.alignment
         start = search(surface.points, reference.field, guess, prior, searching)
         aligned = align(surface, reference, start, guess, prior, aligning)
         if between_steps(start, aligned.pose, searching):
-            return aligned, prior
+            return aligned, prior, np.zeros(3)
         least = value(surface.points, reference.field, start, guess, prior, searching)
         least -= _LURED
         if value(surface.points, reference.field, aligned.pose, guess, prior, searching) >= least:
-            return aligned, prior
+            return aligned, prior, np.zeros(3)
         # Points that were taken for others' surfaces lured it away from where more of them fit:
         # from there again, held, and with near pairs only.
         near = replace(aligning, first_radius=aligning.last_radius)
         again = align(surface, reference, start, start, _HELD, near)
         if value(surface.points, reference.field, again.pose, guess, prior, searching) < least:
             again = replace(again, pose=start)
-        return again, _HELD
+        doubt = aligned.pose - again.pose
+        doubt[2] = wrap(doubt[2])
+        return again, _HELD, doubt
 
 
 def between_steps(start: Array, end: Array, options: SearchOptions) -> bool:

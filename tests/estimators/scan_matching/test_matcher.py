@@ -181,7 +181,11 @@ def test_no_pairs_lure_a_scan_from_where_more_of_it_fits() -> None:
         plain = align(scan, reference, start, guess, prior, AlignmentOptions())
         if between_steps(start, plain.pose, width):
             continue
-        lured += value(scan.points, reference.field, plain.pose, guess, prior, width) < least
+        draws = value(scan.points, reference.field, plain.pose, guess, prior, width) < least
+        lured += draws
         match = ScanMatcher().match(scan, reference, guess, np.linalg.inv(prior))
+        assert match.doubt.any() == draws
+        if draws:
+            assert match.pose + match.doubt == pytest.approx(plain.pose)
         assert value(scan.points, reference.field, match.pose, guess, prior, width) >= least - 1e-9
     assert lured >= 3, "the case does not occur"
