@@ -65,7 +65,6 @@ _CLAIMS = (
     _Claim("point by point at 0.5 m over bisection, interpreted",
            f"{_INTERPRETED}.points_0_5_over_bisection", 3.0, None, 1),
     _Claim("bisection over the closed form", f"{_COMPILED}.bisection_over_closed", 3.0, None, 1),
-    _Claim("the same, interpreted", f"{_INTERPRETED}.bisection_over_closed", 3.0, None, 1),
 )  # fmt: skip
 
 
