@@ -48,13 +48,12 @@ class CoupledOdometry:
         self,
         rig: Rig,
         *,
-        make_predictor: Callable[[Observation], MotionPredictor],
-        make_gyro: Callable[[Observation], Gyro | None],
+        make_parts: Callable[[Observation], tuple[MotionPredictor, Gyro | None]],
         source: PoseSource | None,
         use_gps: bool,
         options: CouplingOptions,
     ) -> None:
-        self._make_predictor, self._make_gyro = make_predictor, make_gyro
+        self._make_parts = make_parts
         self._source = source
         self._gps, self._dt = rig.gps if use_gps else None, rig.dt
         self._options = options
@@ -66,10 +65,10 @@ class CoupledOdometry:
         Raises:
             ValueError: the observation lacks what the source requires.
         """
-        self._predictor = self._make_predictor(observation)
+        self._predictor, gyro = self._make_parts(observation)
         self._filter = JointFilter(
             self._predictor.errors,
-            gyro=self._make_gyro(observation),
+            gyro=gyro,
             fixes=PositionFixes(self._gps) if self._gps and "gps" in observation else None,
         )
         self._filter.reset(observation)

@@ -7,7 +7,9 @@ import numpy as np
 
 from grouser.checks import require_not_negative
 from grouser.estimators.base import SAME_TIME, Observation, stamp_of
+from grouser.estimators.inclination import Inclination
 from grouser.estimators.visual.constant_errors import ConstantErrors
+from grouser.geometry import Array
 from grouser.rig import Imu
 
 
@@ -39,11 +41,22 @@ class Turn:
 
 
 class Gyro:
-    """Reads the angular rate about the robot's z axis, which is the mean since the last reading."""
+    """Reads the angular rate about the robot's z axis, which is the mean since the last reading.
 
-    def __init__(self, imu: Imu, dt: float, options: GyroOptions) -> None:
-        """dt: between two observations, s."""
+    Where the inclination is told, the turn is that of the heading, about the vertical: on a slope a
+    robot that rolls and pitches as it turns has a share of it about its other axes.
+    """
+
+    def __init__(
+        self, imu: Imu, dt: float, options: GyroOptions, inclination: Inclination | None = None
+    ) -> None:
+        """
+        Args:
+            dt: between two observations, s.
+            inclination: is read here; who follows it has done so with the same observation.
+        """
         self._sigma = imu.sigma_rate
+        self._inclination = inclination
         self._turn_share = options.turn_share
         walk = options.bias_walk * math.sqrt(dt)
         self.errors = ConstantErrors(
@@ -53,6 +66,7 @@ class Gyro:
     def reset(self, observation: Observation) -> None:
         """Start with the first observation, whose reading is of the time before it."""
         self._read_at = stamp_of("imu", observation)
+        self._up = None if self._inclination is None else self._inclination.vertical
         self.fresh = True
 
     def read(self, observation: Observation) -> Turn | None:
@@ -70,9 +84,24 @@ class Gyro:
         self._read_at = read_at
         if now - read_at > SAME_TIME or not imu.any() or not np.isfinite(imu[5]):
             return None
-        angle = float(imu[5]) * duration
-        variance = (self._sigma * duration) ** 2 + (self._turn_share * angle) ** 2
+        rate, variance = self._heading_rate(imu[3:])
+        angle = rate * duration
+        variance = variance * duration**2 + (self._turn_share * angle) ** 2
         return Turn(angle, variance, duration)
+
+    def _heading_rate(self, rates: Array) -> tuple[float, float]:
+        """rad/s about the vertical, where that is known, and its variance."""
+        about_z, variance = float(rates[2]), self._sigma**2
+        before, up = self._up, None if self._inclination is None else self._inclination.vertical
+        self._up = up
+        if self._inclination is None or up is None:
+            return about_z, variance
+        u, v, w = (up if before is None else (before + up) / 2).tolist()
+        about_x, about_y = (rates[:2] - self._inclination.bias).tolist()
+        # A step's end tells the vertical no better than its sigma, and that tilts the rates.
+        tilted = self._inclination.sigma**2 * (about_y**2 + (v * about_z) ** 2)
+        flat = 1 - u * u
+        return (about_y * v + about_z * w) / flat, variance / flat + tilted
 
 
 def make_gyro(

@@ -8,12 +8,15 @@ import numpy as np
 
 from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator
 from grouser.estimators.coupled_odometry import CoupledOdometry, CouplingOptions
-from grouser.estimators.gyro import GyroOptions, make_gyro
+from grouser.estimators.gyro import Gyro, GyroOptions
 from grouser.estimators.icr_predictor import IcrOptions, IcrPredictor
+from grouser.estimators.inclination import Inclination
 from grouser.estimators.late_fusion import LateFusion
 from grouser.estimators.pose_source import PoseSource
+from grouser.estimators.slope import SlopeOptions
+from grouser.estimators.slope_predictor import SlopePredictor, UnknownSlopePredictor
 from grouser.estimators.visual.prediction import MotionPredictor
-from grouser.rig import Rig, TrackGeometry
+from grouser.rig import Imu, Rig, TrackGeometry
 
 
 class IcrEkf(PoseEstimator):
@@ -24,9 +27,10 @@ class IcrEkf(PoseEstimator):
     Without any of them this is dead reckoning on the prior centres.
 
     TRACKING where the source tracks or a fix came within the last second, else COASTING.
-    Diagnostics: `icr_left`, `icr_right`, `icr_x`, `effective_width` [m] of the present course, each
-    with a `_sigma`; `gyro_bias` [rad/s]; `nis` of the source's motion, `slipped` where it or the
-    gyroscope disagreed with the tracks, `fix_rejected`.
+    Diagnostics: `icr_left`, `icr_right`, `icr_x`, `effective_width` [m] of the present course, and
+    `creep` [m/rad over the sine of a slope] with an imu, each with a `_sigma`; `gyro_bias` [rad/s];
+    `nis` of the source's motion, `slipped` where it or the gyroscope disagreed with the tracks,
+    `fix_rejected`.
     """
 
     requires: ClassVar[frozenset[str]] = frozenset({"tracks", "stamp"})
@@ -42,6 +46,7 @@ class IcrEkf(PoseEstimator):
         use_imu: bool = True,
         use_gps: bool = True,
         icr: IcrOptions | None = None,
+        slope: SlopeOptions | None = None,
         gyro: GyroOptions | None = None,
         anchor_distance: float = 0.25,
         anchor_turn: float = 0.2,
@@ -55,6 +60,8 @@ class IcrEkf(PoseEstimator):
             use_imu: whether the gyroscope's turn corrects that of the tracks.
             use_gps: whether satellite fixes correct the position.
             icr: how uncertain the centres and the tracks are.
+            slope: how far tracks creep and slip on slopes, and on what slopes to reckon with where
+                there is no inertial unit that tells them.
             gyro: how uncertain the gyroscope's bias is.
             anchor_distance: m after which the source's motion is taken into account for good.
             anchor_turn: rad after which it is.
@@ -74,8 +81,15 @@ class IcrEkf(PoseEstimator):
         )
         fusion = CoupledOdometry(
             rig,
-            make_predictor=partial(_make_predictor, tracks=rig.tracks, options=icr or IcrOptions()),
-            make_gyro=partial(make_gyro, imu=rig.imu if use_imu else None, dt=rig.dt, options=gyro),
+            make_parts=partial(
+                _make_parts,
+                tracks=rig.tracks,
+                imu=rig.imu if use_imu else None,
+                dt=rig.dt,
+                icr=icr or IcrOptions(),
+                slope=slope or SlopeOptions(),
+                gyro=gyro,
+            ),
             source=None if source is None else PoseSource(source, rig, source_options or {}),
             use_gps=use_gps,
             options=coupling,
@@ -101,7 +115,20 @@ class IcrEkf(PoseEstimator):
         return self._engine.update(observation)
 
 
-def _make_predictor(
-    observation: Observation, *, tracks: TrackGeometry, options: IcrOptions
-) -> MotionPredictor:
-    return IcrPredictor(tracks, options)
+def _make_parts(
+    observation: Observation,
+    *,
+    tracks: TrackGeometry,
+    imu: Imu | None,
+    dt: float,
+    icr: IcrOptions,
+    slope: SlopeOptions,
+    gyro: GyroOptions | None,
+) -> tuple[MotionPredictor, Gyro | None]:
+    """What predicts, and the gyroscope: with an inertial unit both know which way is up."""
+    on_level, width = IcrPredictor(tracks, icr), tracks.effective_width
+    if imu is None or "imu" not in observation:
+        return UnknownSlopePredictor(on_level, width, slope), None
+    inclination = Inclination(imu, observation)
+    predictor = SlopePredictor(on_level, inclination, width, slope)
+    return predictor, Gyro(imu, dt, gyro or GyroOptions(), inclination)

@@ -69,6 +69,8 @@ class Inclination:
         self._read_at = stamp_of("imu", observation)
         self._late = False
         self._speed = 0.0
+        self.tilted = 0.0
+        """rad, by which the robot tilted since the last reading: it turned so far about x and y."""
 
     @property
     def sigma(self) -> float:
@@ -78,12 +80,21 @@ class Inclination:
         return math.sqrt(max(self._P[0, 0], self._P[1, 1]))
 
     @property
+    def vertical(self) -> Array | None:
+        """(3,) up, as the robot sees it; None where that is unknown."""
+        return None if self.sigma > self._options.unknown_above else self._vertical()
+
+    @property
     def levelling(self) -> Array | None:
         """(3, 3) R: a vector v of the robot's frame is R v in the level frame that heads the same
         way; None where the vertical is unknown."""
-        if self.sigma > self._options.unknown_above:
-            return None
-        return levelling(self._vertical())
+        vertical = self.vertical
+        return None if vertical is None else levelling(vertical)
+
+    @property
+    def bias(self) -> Array:
+        """(2,) of the gyroscope about x and y, rad/s."""
+        return self._mean[2:].copy()
 
     def follow(self, observation: Observation, increment: Array | None) -> None:
         """Take the next observation.
@@ -95,12 +106,14 @@ class Inclination:
         duration = read_at - self._read_at
         imu = np.asarray(observation["imu"], dtype=np.float64)
         self._late = now - read_at > max(duration, SAME_TIME) / 2
+        self.tilted = 0.0
         if duration <= SAME_TIME:
             return
         self._read_at = read_at
         if not imu.any() or not np.isfinite(imu).all():  # a dead one, for gravity is always there
             self._P[:2, :2] += np.eye(2) * (_UNSEEN * duration) ** 2
             return
+        self.tilted = float(np.hypot(*(imu[3:5] - self._mean[2:]))) * duration
         ahead, across = self._acceleration(increment, float(imu[5]), duration)
         options, sigma = self._options, self._imu
         _turn(self._mean, self._P, imu, duration, sigma.sigma_rate, options.bias_walk)

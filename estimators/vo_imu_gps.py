@@ -1,6 +1,6 @@
 """Visual odometry, an inertial unit and satellite fixes in a Kalman filter."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, ClassVar
 
@@ -9,7 +9,7 @@ import numpy as np
 from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator
 from grouser.estimators.coupled_odometry import CoupledOdometry, CouplingOptions
 from grouser.estimators.cruise_predictor import CruisePredictor
-from grouser.estimators.gyro import GyroOptions, make_gyro
+from grouser.estimators.gyro import Gyro, GyroOptions, make_gyro
 from grouser.estimators.icr_predictor import IcrOptions, IcrPredictor
 from grouser.estimators.late_fusion import LateFusion
 from grouser.estimators.pose_source import PoseSource
@@ -87,14 +87,17 @@ class VoImuGps(PoseEstimator):
         tracks = rig.tracks if use_tracks else None
         fusion = CoupledOdometry(
             rig,
-            make_predictor=partial(
-                _make_predictor,
-                tracks=tracks,
-                dt=rig.dt,
-                icr=icr or IcrOptions(),
-                watch_stalls=watch_stalls,
+            make_parts=partial(
+                _make_parts,
+                predictor=partial(
+                    _make_predictor,
+                    tracks=tracks,
+                    dt=rig.dt,
+                    icr=icr or IcrOptions(),
+                    watch_stalls=watch_stalls,
+                ),
+                gyro=partial(make_gyro, imu=rig.imu, dt=rig.dt, options=gyro),
             ),
-            make_gyro=partial(make_gyro, imu=rig.imu, dt=rig.dt, options=gyro),
             source=PoseSource(vision, rig, vision_options or {}),
             use_gps=use_gps,
             options=CouplingOptions(
@@ -118,6 +121,15 @@ class VoImuGps(PoseEstimator):
             ValueError: images that are not the rig's, or tracks that are not finite.
         """
         return self._engine.update(observation)
+
+
+def _make_parts(
+    observation: Observation,
+    *,
+    predictor: Callable[[Observation], MotionPredictor],
+    gyro: Callable[[Observation], Gyro | None],
+) -> tuple[MotionPredictor, Gyro | None]:
+    return predictor(observation), gyro(observation)
 
 
 def _make_predictor(

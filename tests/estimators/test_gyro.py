@@ -1,10 +1,13 @@
 """The gyroscope's turn: only of new readings, and of those that are of the motion up to now."""
 
+import math
+
 import numpy as np
 import pytest
 
 from grouser.estimators.gyro import Gyro, GyroOptions
-from grouser.geometry import Array
+from grouser.estimators.inclination import Inclination
+from grouser.geometry import Array, rotation_from_rpy, so3_exp
 from grouser.rig import Imu
 
 IMU = Imu(sigma_acceleration=0.05, sigma_rate=0.002)
@@ -44,6 +47,33 @@ def test_a_late_or_dead_one_says_nothing() -> None:
     assert late.read(shown(0.3, 0.5, 0.1)) is None and late.fresh
     dead = gyro()
     assert dead.read(shown(0.1, 0.0) | {"imu": np.zeros(6)}) is None and dead.fresh
+
+
+def test_on_a_slope_the_turn_is_that_of_the_heading() -> None:
+    """A robot that rocks as it turns: about its own z axis it turns by another angle."""
+    R = rotation_from_rpy(0.2, -0.3, 0.0)
+    at_rest = np.concatenate([R.T @ [0.0, 0.0, GRAVITY], np.zeros(3)])
+    first = {"imu": at_rest, "stamp": np.array([0.0])}
+    inclination = Inclination(IMU, first)
+    levelled = Gyro(IMU, 0.1, GyroOptions(), inclination)
+    levelled.reset(first)
+    told, true, about_z = [], [], []
+    for k in range(1, 150):
+        rate = np.array([0.4 * math.sin(0.3 * k), 0.3 * math.cos(0.2 * k), 0.5])
+        before, R = R, R @ so3_exp(rate * 0.1)
+        imu = np.append(R.T @ [0.0, 0.0, GRAVITY], rate)
+        seen = {"imu": imu, "stamp": np.array([0.1 * k])}
+        inclination.follow(seen, np.zeros(3))
+        turn = levelled.read(seen)
+        assert turn is not None
+        told.append(turn.angle)
+        heading = [math.atan2(M[1, 0], M[0, 0]) for M in (before, R)]
+        true.append(math.remainder(heading[1] - heading[0], 2 * math.pi))
+        about_z.append(rate[2] * 0.1)
+    settled = slice(50, None)
+    off = np.array(told[settled]) - true[settled]
+    assert np.abs(off).max() < 1e-3
+    assert np.abs(np.array(about_z[settled]) - true[settled]).max() > 1e-2
 
 
 def test_options_out_of_range_are_refused() -> None:
