@@ -7,6 +7,7 @@ import numpy as np
 
 from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator, Status
 from grouser.estimators.line_slam.odometry_predictor import OdometryPredictor
+from grouser.estimators.slope import SlopeOptions, unknown_covariance
 from grouser.estimators.track_motion import (
     SideSlip,
     TrackNoise,
@@ -51,7 +52,8 @@ class DeadReckoning(PoseEstimator):
         track_scale_sigma: float = 0.01,
         turn_scale_sigma: float = 0.05,
         outward_slip_sigma: float = 0.03,
-        turn_drag_sigma: float = 0.012,
+        turn_drag_sigma: float = 0.03,
+        slope: float = SlopeOptions().unknown,
     ) -> None:
         """
         Args:
@@ -70,10 +72,13 @@ class DeadReckoning(PoseEstimator):
                 towards its rear, which shifts the centre of rotation.
             turn_drag_sigma: m per rad that it falls short of its way in every turn that it drives
                 along: tracks that slide sideways have less grip left against the motion
-                resistance.
+                resistance. On grass it is 0.07 in our simulation, on cement 0.02.
+            slope: root mean square of the sine of slopes on the way, where the robot creeps and
+                slips. On hills and rubble tell it, say 0.1: tracks alone do not.
 
         Raises:
-            ValueError: the rig has neither tracks nor odometry, or a sigma is negative.
+            ValueError: the rig has neither tracks nor odometry, or a sigma or the slope is
+                negative.
         """
         if rig.tracks is None and rig.odometry is None:
             raise ValueError(
@@ -84,6 +89,7 @@ class DeadReckoning(PoseEstimator):
         self._rig = rig
         self._track_noise = TrackNoise(scale=track_noise, floor=track_noise_floor)
         self._side_slip = SideSlip(forward=side_slip, turning=side_slip_turning)
+        self._slope = SlopeOptions(unknown=slope)
         self._constant_sigmas = np.array(
             [
                 track_scale_sigma,
@@ -139,6 +145,7 @@ class DeadReckoning(PoseEstimator):
         by_constants = np.column_stack([by_du * du, by_arc[:, 0] * turn, slip, drag])
         noise = by_du @ self._track_noise.covariance(du) @ by_du.T
         noise += self._side_slip.covariance(turn, chord(turn, arc_length))
+        noise += unknown_covariance(turn, width, self._slope)
         return Increment(arc_pose(turn, arc_length), noise, by_constants)
 
     def _add(self, increment: Increment) -> None:
