@@ -15,6 +15,7 @@ from grouser.estimators.late_fusion import LateFusion
 from grouser.estimators.pose_source import PoseSource
 from grouser.estimators.slope import SlopeOptions
 from grouser.estimators.slope_predictor import SlopePredictor, UnknownSlopePredictor
+from grouser.estimators.spinning import SpinningPredictor
 from grouser.estimators.visual.prediction import MotionPredictor
 from grouser.rig import Imu, Rig, TrackGeometry
 
@@ -129,6 +130,8 @@ def _make_parts(
     on_level, width = IcrPredictor(tracks, icr), tracks.effective_width
     if imu is None or "imu" not in observation:
         return UnknownSlopePredictor(on_level, width, slope), None
-    inclination = Inclination(imu, observation)
-    predictor = SlopePredictor(on_level, inclination, width, slope)
+    upright, inclination = Gyro(imu, dt, GyroOptions()), Inclination(imu, observation)
+    upright.reset(observation)
+    doubted = SpinningPredictor(on_level, upright, width)
+    predictor = SlopePredictor(doubted, inclination, width, slope)
     return predictor, Gyro(imu, dt, gyro or GyroOptions(), inclination)

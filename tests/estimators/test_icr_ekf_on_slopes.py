@@ -31,6 +31,8 @@ KNOWN = IcrOptions(
     side_slip=0.0,
     side_slip_turning=0.0,
 )
+SLOPE = SlopeOptions(turn_slip=0.1)
+"""The slip of one step that is as large as what stands for a metre of it would count as a spin."""
 NO_SLOPE = SlopeOptions(
     **dict.fromkeys(("creep_turning", "creep_turning_sigma", "creep_turning_walk"), 0.0),
     **dict.fromkeys(("creep_along", "creep_along_sigma", "creep_along_walk"), 0.0),
@@ -44,7 +46,7 @@ def heading(R: Array) -> float:
 
 def hillside(rng: np.random.Generator) -> tuple[list[dict[str, Array]], Array]:
     """Observations of a drive on a plane that falls by 15 degrees, and where it ended: (3,)."""
-    options = SlopeOptions()
+    options = SLOPE
     R = rotation_from_rpy(0.0, np.radians(15.0), 0.0) @ rotation_from_rpy(
         0.0, 0.0, rng.uniform(-np.pi, np.pi)
     )
@@ -89,6 +91,6 @@ def ratio(observations: list[dict[str, Array]], end: Array, slope: SlopeOptions)
 def test_it_is_honest_on_its_own_model_of_a_slope() -> None:
     rng, runs = np.random.default_rng(0), 60
     drives = [hillside(rng) for _ in range(runs)]
-    found = np.array([ratio(*drive, SlopeOptions()) for drive in drives])
+    found = np.array([ratio(*drive, SLOPE) for drive in drives])
     assert abs(found.mean() - 3) < 3.3 * np.sqrt(6 / runs) + 0.3  # and what is not linear
     assert np.mean([ratio(*drive, NO_SLOPE) for drive in drives[:10]]) > 10
