@@ -7,7 +7,7 @@ pose RELATIVE to the keyframe, as the tracks predict it; treating a composed pos
 measurement, as the paper's update does, collapses the covariance (NEES above 1e8).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -20,12 +20,13 @@ from grouser.estimators.visual.single_pose import (
     compose_jacobians,
     wrapped,
 )
+from grouser.estimators.visual.track_trust import TrackTrust
+from grouser.estimators.visual.variance_factor import Innovation
 from grouser.geometry import Array
 from grouser.kernels import kernel_using
 
 SLIP_GATE = 16.3
 """chi-square of 3 degrees of freedom at 99.9 %: beyond it the tracks are said to slip."""
-_COAST_INFLATION = 4.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +70,8 @@ class Accumulated:
     frames: int
     measured: bool = True
     """Whether all of it was measured; what was guessed in part is not fused."""
+    of_tracks: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    """(3, 3) the part of the covariance that the tracks themselves bring, whatever the ground."""
 
     def then(self, increment: Increment) -> "Accumulated":
         """One more increment."""
@@ -77,7 +80,8 @@ class Accumulated:
         by_biases = F @ self.by_biases + V @ increment.by_biases
         pose = compose(self.pose, increment.pose)
         measured = self.measured and increment.measured
-        return Accumulated(pose, covariance, by_biases, self.frames + 1, measured)
+        of_tracks = carried(F, self.of_tracks, V, increment.of_tracks)
+        return Accumulated(pose, covariance, by_biases, self.frames + 1, measured, of_tracks)
 
     def shifted(self, by: Array) -> "Accumulated":
         """The same with its pose shifted by (3,)."""
@@ -98,6 +102,8 @@ class Fused:
     """Squared innovation over its covariance; NaN where nothing was compared."""
     slipped: bool
     """The tracks disagreed with vision beyond the gate."""
+    innovation: Innovation | None = None
+    """None where nothing was compared."""
     doubt: Array | None = None
     """(2,) how far off the truth may be, m, and rad, since the doubt began; None without doubt."""
 
@@ -115,6 +121,7 @@ class RelativeFilter:
         self._predicted = len(errors)
         self._walk = np.diag(every.walks) ** 2
         self._doubt: Array | None = None
+        self._trust = TrackTrust()
         covariance = np.diag(np.concatenate([np.zeros(3), every.sigmas**2]))
         self.keyframe = FilterState(np.zeros(3), np.zeros(len(every)), covariance)
 
@@ -124,8 +131,8 @@ class RelativeFilter:
         return self.keyframe.biases[: self._predicted], self.keyframe.covariance[own, own]
 
     def coast(self, predicted: Accumulated) -> Fused:
-        """Prediction alone, trusted less, as whatever blinds the camera may shake the robot too."""
-        noise = _COAST_INFLATION * predicted.covariance
+        """Prediction alone, whose slip is trusted less where nobody sees it."""
+        noise = self._trust.in_the_dark(predicted.covariance, predicted.of_tracks)
         return self._alone(predicted.pose, noise, self._by_all_biases(predicted), predicted.frames)
 
     def doubt(self, predicted: Accumulated, anchor: Array) -> Fused:
@@ -144,7 +151,7 @@ class RelativeFilter:
         added = (after**2 - before**2)[[0, 0, 1]]
         covariance = coasted.state.covariance.copy()
         covariance[:3, :3] += np.diag(added)
-        return Fused(replace(coasted.state, covariance=covariance), np.nan, False, after)
+        return Fused(replace(coasted.state, covariance=covariance), np.nan, False, None, after)
 
     def follow(self, measured: RelativePose, frames: int) -> Fused:
         """Measurement alone, after so many frames."""
@@ -163,13 +170,20 @@ class RelativeFilter:
     def fuse(self, predicted: Accumulated, measured: RelativePose) -> Fused:
         """Both; where they disagree beyond the gate the tracks slipped, and vision wins."""
         fused = self._update(predicted, measured)
+        self._watch(fused, predicted, measured)
         if fused.nis <= SLIP_GATE:
             return fused
         followed = self.follow(measured, predicted.frames)
-        return Fused(followed.state, fused.nis, True)
+        return Fused(followed.state, fused.nis, True, fused.innovation)
+
+    def _watch(self, fused: Fused, predicted: Accumulated, measured: RelativePose) -> None:
+        if fused.innovation is not None:
+            turn_error = float(fused.innovation.error[2])
+            noise = float(predicted.covariance[2, 2]), float(measured.covariance[2, 2])
+            self._trust.watch(predicted.frames, turn_error, *noise)
 
     def _update(self, predicted: Accumulated, measured: RelativePose) -> Fused:
-        pose, biases, covariance, nis = _updated(
+        pose, biases, covariance, error, S, nis = _updated(
             self.keyframe.pose,
             self.keyframe.biases,
             self.keyframe.covariance,
@@ -180,7 +194,8 @@ class RelativeFilter:
             measured.covariance,
             self._by_biases(measured),
         )
-        return Fused(self._wandered(pose, biases, covariance, predicted.frames), nis, False)
+        state = self._wandered(pose, biases, covariance, predicted.frames)
+        return Fused(state, nis, False, Innovation(error, S, predicted.covariance))
 
     def _wandered(self, pose: Array, biases: Array, covariance: Array, frames: int) -> FilterState:
         """The state once the biases have wandered on, to hold from this frame."""
@@ -196,6 +211,7 @@ class RelativeFilter:
         """The current frame becomes the keyframe."""
         self.keyframe = fused.state
         self._doubt = fused.doubt
+        self._trust.end_way(fused.innovation)
 
     def offset(self) -> tuple[float, float]:
         """The disparity offset at the keyframe and its sigma, px."""
@@ -257,9 +273,10 @@ def _updated(
     measured: Array,
     R: Array,
     measured_by_biases: Array,
-) -> tuple[Array, Array, Array, float]:
+) -> tuple[Array, Array, Array, Array, Array, float]:
     """Pose, biases and covariance once what was predicted (with noise Q) and what was measured
-    (with R) of the relative pose are fused, and the innovation's squared length in sigmas."""
+    (with R) of the relative pose are fused; the innovation (3,), its covariance, and its squared
+    length in sigmas."""
     pose, covariance, R_rel = _composed(keyframe, P, predicted, Q, by_biases)
     innovation = measured - measured_by_biases @ biases - predicted
     innovation[2] = wrapped(innovation[2])
@@ -273,4 +290,4 @@ def _updated(
     pose += change[:3]
     pose[2] = wrapped(pose[2])
     nis = float(innovation @ np.linalg.solve(S, innovation))
-    return pose, biases + change[3:], covariance - K @ S @ K.T, nis
+    return pose, biases + change[3:], covariance - K @ S @ K.T, innovation, S, nis

@@ -1,7 +1,7 @@
 """What the next increment is expected to be: from the tracks, or, without them, as the last one."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -33,6 +33,8 @@ class Increment:
     """(3, n) derivative by the predictor's constant errors"""
     measured: bool = True
     """Whether it may be fused; a guess says only where to search."""
+    of_tracks: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    """(3, 3) the part of the covariance that the tracks themselves bring, whatever the ground."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,12 +118,12 @@ class TrackPredictor(MotionPredictor):
         by_arc = across @ arc_jacobian(turn * (1 + biases[2]), arc_length)
         by_turn = by_arc[:, 0]
         by_du = by_arc @ (np.diag([1 + biases[2], 1.0]) @ track_increment_jacobian(width))
-        covariance = by_du @ self._noise.covariance(du) @ by_du.T
-        covariance += (self._turn_noise * turn) ** 2 * np.outer(by_turn, by_turn)
+        of_tracks = by_du @ self._noise.covariance(du) @ by_du.T
+        covariance = of_tracks + (self._turn_noise * turn) ** 2 * np.outer(by_turn, by_turn)
         covariance += self._side_slip.covariance(turn, chord(turn, arc_length))
         by_side = np.array([-straight[1], straight[0], 0.0])
         by_biases = np.column_stack([by_du * measured, by_turn * turn, by_side])
-        return Increment(across @ straight, covariance, by_biases)
+        return Increment(across @ straight, covariance, by_biases, of_tracks=of_tracks)
 
     def _guess(self, by_biases: Array) -> Increment:
         if self._last is None:

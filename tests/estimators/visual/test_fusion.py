@@ -152,8 +152,35 @@ def test_coasting_is_prediction_trusted_less_and_less() -> None:
     assert (np.diff(traces) > 0).all()
     tracks, coasted = predicted(8), kalman.coast(predicted(8))
     np.testing.assert_allclose(coasted.state.pose, tracks.pose)
-    np.testing.assert_allclose(coasted.state.covariance[:3, :3], 4 * tracks.covariance)
+    slip = tracks.covariance - tracks.of_tracks
+    expected = 4 * slip + tracks.of_tracks
+    np.testing.assert_allclose(coasted.state.covariance[:3, :3], expected, atol=1e-15)
     assert np.isnan(coasted.nis) and not coasted.slipped
+
+
+def test_tracks_that_were_seen_to_be_exact_are_trusted_more_in_the_dark() -> None:
+    kalman, straight, known = exact(), np.array([0.05, 0.05]), np.zeros(len(ERRORS))
+    for _ in range(12):
+        since = nothing_yet(ERRORS)
+        for _ in range(8):
+            since = since.then(PREDICTOR.predict({"tracks": straight}, known))
+            fused = kalman.fuse(since, vision(since.pose))
+        kalman.commit(fused)
+    kalman.keyframe = exact().keyframe
+    before, after = (k.coast(since).state.covariance for k in (exact(), kalman))
+    assert after[2, 2] < 0.3 * before[2, 2], "the tracks' own noise turns the robot"
+    assert after[1, 1] > 0.3 * before[1, 1], "nobody knows how it slips in the dark"
+
+
+def test_tracks_that_slipped_of_late_are_trusted_less_in_the_dark() -> None:
+    rng, kalman = np.random.default_rng(5), exact()
+    first = np.trace(kalman.coast(predicted(6)).state.covariance)
+    for _ in range(12):
+        tracks = predicted(6)
+        off = rng.normal(0, [0.01, 0.01, 0.2])
+        kalman.commit(kalman.fuse(tracks, vision(tracks.pose + off)))
+    kalman.keyframe = exact().keyframe
+    assert np.trace(kalman.coast(predicted(6)).state.covariance) > 5 * first
 
 
 def test_following_takes_the_pose_of_vision_and_its_noise() -> None:
