@@ -94,7 +94,7 @@ class Gyro:
         about_z, variance = float(rates[2]), self._sigma**2
         before, up = self._up, None if self._inclination is None else self._inclination.vertical
         self._up = up
-        if self._inclination is None or up is None:
+        if self._inclination is None or up is None or not np.isfinite(rates[:2]).all():
             return about_z, variance
         u, v, w = (up if before is None else (before + up) / 2).tolist()
         about_x, about_y = (rates[:2] - self._inclination.bias).tolist()
@@ -102,12 +102,3 @@ class Gyro:
         tilted = self._inclination.sigma**2 * (about_y**2 + (v * about_z) ** 2)
         flat = 1 - u * u
         return (about_y * v + about_z * w) / flat, variance / flat + tilted
-
-
-def make_gyro(
-    observation: Observation, *, imu: Imu | None, dt: float, options: GyroOptions | None
-) -> Gyro | None:
-    """Where there is one."""
-    if imu is None or "imu" not in observation:
-        return None
-    return Gyro(imu, dt, options or GyroOptions())

@@ -8,14 +8,13 @@ import numpy as np
 
 from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator
 from grouser.estimators.coupled_odometry import CoupledOdometry, CouplingOptions
+from grouser.estimators.felt_tracks import felt_tracks
 from grouser.estimators.gyro import Gyro, GyroOptions
 from grouser.estimators.icr_predictor import IcrOptions, IcrPredictor
-from grouser.estimators.inclination import Inclination
 from grouser.estimators.late_fusion import LateFusion
 from grouser.estimators.pose_source import PoseSource
 from grouser.estimators.slope import SlopeOptions
-from grouser.estimators.slope_predictor import SlopePredictor, UnknownSlopePredictor
-from grouser.estimators.spinning import SpinningPredictor
+from grouser.estimators.slope_predictor import UnknownSlopePredictor
 from grouser.estimators.visual.prediction import MotionPredictor
 from grouser.rig import Imu, Rig, TrackGeometry
 
@@ -89,7 +88,7 @@ class IcrEkf(PoseEstimator):
                 dt=rig.dt,
                 icr=icr or IcrOptions(),
                 slope=slope or SlopeOptions(),
-                gyro=gyro,
+                gyro=gyro or GyroOptions(),
             ),
             source=None if source is None else PoseSource(source, rig, source_options or {}),
             use_gps=use_gps,
@@ -124,14 +123,10 @@ def _make_parts(
     dt: float,
     icr: IcrOptions,
     slope: SlopeOptions,
-    gyro: GyroOptions | None,
+    gyro: GyroOptions,
 ) -> tuple[MotionPredictor, Gyro | None]:
-    """What predicts, and the gyroscope: with an inertial unit both know which way is up."""
-    on_level, width = IcrPredictor(tracks, icr), tracks.effective_width
+    """What predicts, and the gyroscope, where there is one."""
     if imu is None or "imu" not in observation:
-        return UnknownSlopePredictor(on_level, width, slope), None
-    upright, inclination = Gyro(imu, dt, GyroOptions()), Inclination(imu, observation)
-    upright.reset(observation)
-    doubted = SpinningPredictor(on_level, upright, width)
-    predictor = SlopePredictor(doubted, inclination, width, slope)
-    return predictor, Gyro(imu, dt, gyro or GyroOptions(), inclination)
+        on_level = IcrPredictor(tracks, icr)
+        return UnknownSlopePredictor(on_level, tracks.effective_width, slope), None
+    return felt_tracks(observation, tracks=tracks, imu=imu, dt=dt, icr=icr, slope=slope, gyro=gyro)

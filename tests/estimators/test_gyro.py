@@ -76,6 +76,19 @@ def test_on_a_slope_the_turn_is_that_of_the_heading() -> None:
     assert np.abs(np.array(about_z[settled]) - true[settled]).max() > 1e-2
 
 
+def test_where_the_other_axes_are_silent_the_turn_is_that_about_its_own() -> None:
+    first = {"imu": np.array([0.0, 0.0, GRAVITY, 0.0, 0.0, 0.0]), "stamp": np.array([0.0])}
+    inclination = Inclination(IMU, first)
+    one = Gyro(IMU, 0.1, GyroOptions(), inclination)
+    one.reset(first)
+    seen = shown(0.01, 0.5)
+    seen["imu"][3] = np.nan
+    inclination.follow(seen, np.zeros(3))
+    assert inclination.vertical is not None
+    turn = one.read(seen)
+    assert turn is not None and turn.angle == pytest.approx(0.005)
+
+
 def test_options_out_of_range_are_refused() -> None:
     with pytest.raises(ValueError, match=r"GyroOptions\.bias_sigma must be zero or more, got -1"):
         GyroOptions(bias_sigma=-1)
