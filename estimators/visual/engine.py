@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic
 
 import numpy as np
@@ -159,7 +159,7 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         if weighed.stands:
             self._expect_rest(increment)
         else:
-            self._learn(relative, seen, expected)
+            self._learn(relative, seen, expected, slipped=fused.slipped)
         status = self._status(seen, stamp)
         told = self._tell(sight, weighed, fused, clock) | {"features": float(len(frame.points))}
         if self._outlived(relative, sight, weighed):
@@ -196,7 +196,8 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         by_biases = increment.by_biases
         noise = increment.covariance + by_biases @ covariance_of_biases @ by_biases.T
         covariance = carried(F, self._believed.covariance, V, noise)
-        return increment, Expectation(compose(self._believed.pose, increment.pose), covariance)
+        self._expected = compose(self._believed.pose, increment.pose)
+        return increment, Expectation(self._expected, covariance)
 
     def _believe(self) -> MotionPrior:
         """The prior of the motion since the keyframe, from the prediction alone."""
@@ -242,16 +243,24 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         if fused.slipped and self._glimpses.jump():
             # Points were mistaken for others, which says nothing against the tracks.
             self._doubtful = before
-            return None, self._bridge(level, self._believed.pose)
+            return None, self._bridge(level)
         if fused.slipped and weighed.doubtful:
             # Against the tracks: neither is sure, both are covered.
             return None, self._doubt(level, self._glimpses.last.pose)
+        if weighed.seen is not None and weighed.doubtful:
+            # They agree by chance, and with the tracks because they were looked for there.
+            self._doubtful = before
+            return None, self._bridge(level)
+        if fused.slipped and weighed.seen is not None:
+            # Tracks tell nothing then, but a mass keeps its motion, whatever they do.
+            seen = self._glimpses.steadied(weighed.seen)
+            return seen, self._fuse(seen, weighed.stands, level)
         return weighed.seen, fused
 
     def _fuse(self, seen: RelativePose | None, stands: bool, level: Array) -> Fused:
         self._doubtful |= stands
         if seen is None:
-            return self._bridge(level, self._glimpses.last.pose)
+            return self._bridge(level)
         predicted = self._predicted.shifted(level)
         seen = seen.shifted(level)
         if not predicted.measured:
@@ -260,18 +269,24 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         self._doubtful = fused.slipped
         return fused
 
-    def _bridge(self, level: Array, last: Array) -> Fused:
-        """By the prediction; if that was wrong of late, the robot may as well be where it was last
-        seen, as seen from the keyframe (3,)."""
+    def _bridge(self, level: Array) -> Fused:
+        """By the prediction; if that was wrong of late, the robot may as well have gone on as it
+        was seen to go, or stand where it was seen to stand."""
         if self._doubtful:
-            return self._doubt(level, last)
+            return self._doubt(level, self._glimpses.going_on())
         return self._filter.coast(self._predicted.shifted(level))
 
     def _doubt(self, level: Array, anchor: Array) -> Fused:
-        return self._filter.doubt(self._predicted.shifted(level), anchor + level)
+        predicted = self._predicted
+        if not self._stood:
+            # What was seen since the keyframe holds, whatever the tracks said of it.
+            predicted = replace(predicted, pose=self._expected)
+        return self._filter.doubt(predicted.shifted(level), anchor + level)
 
-    def _learn(self, relative: Array, seen: RelativePose | None, expected: Expectation) -> None:
-        """What the next prediction starts from."""
+    def _learn(
+        self, relative: Array, seen: RelativePose | None, expected: Expectation, *, slipped: bool
+    ) -> None:
+        """What the next prediction starts from, and what the next sight is measured by."""
         self._moved = between(self._believed.pose, relative)
         if seen is None:
             self._failures += 1
@@ -280,11 +295,16 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
             self._failures = 0
             self._predictor.learn(self._moved)
             self._believed = Expectation(relative, seen.covariance)
+            # Vision and tracks together are as sure as the surer one, at least.
+            surer = not slipped and expected.covariance.trace() < seen.covariance.trace()
+            covariance = expected.covariance if surer else seen.covariance
+            self._glimpses.believe(Expectation(relative, covariance))
 
     def _expect_rest(self, increment: Increment) -> None:
         """The next frame may go on standing, or come to where the tracks say."""
         either = np.diag(increment.pose**2) + increment.covariance
         self._believed = Expectation(self._glimpses.last.pose, either)
+        self._glimpses.believe(self._glimpses.last)
         self._failures = 0
 
     def _outlived(self, relative: Array, sight: Sight, weighed: _Weighed) -> bool:

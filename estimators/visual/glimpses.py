@@ -7,17 +7,23 @@ import numpy as np
 from grouser.estimators.visual.fusion import SLIP_GATE, RelativePose
 from grouser.estimators.visual.prediction import Increment
 from grouser.estimators.visual.sight import Expectation
-from grouser.estimators.visual.single_pose import between, wrapped
+from grouser.estimators.visual.single_pose import between, compose, wrapped
 from grouser.estimators.visual.stillness import contradicted
-from grouser.geometry import Array
+from grouser.geometry import Array, exp, log
 
 # m/s^2, rad/s^2: one sigma of how a robot is accelerated; four of it are more than ground can hold.
 _ACCELERATION = np.array([1.5, 1.5, 4.0])
 
 
+_AT_FIRST = np.array([1.5, 1.5, 1.5])
+"""m/s, rad/s: one sigma of how it moves before anything is seen"""
+_KEPT = 0.5
+"""s for which a motion is expected to last that nothing measures"""
+
+
 @dataclass(frozen=True, slots=True)
 class _Step:
-    """The motion over the last frame, as vision saw it."""
+    """A motion, as vision saw it."""
 
     pose: Array
     noise: Array
@@ -27,16 +33,19 @@ class _Step:
 
 
 class Glimpses:
-    """Compares what is seen of a keyframe with what was seen of it a frame ago."""
+    """Compares what is seen of a keyframe with what was seen of it before."""
 
     def __init__(self) -> None:
-        self._before: _Step | None = None
         self._step: _Step | None = None
+        self._sure_step = _Step(np.zeros(3), np.diag(_AT_FIRST**2), 1.0)
+        """The last one that was believed, which ended so long ago [s]:"""
+        self._since = 0.0
         self.start()
 
     def start(self) -> None:
         """The frame becomes a keyframe."""
-        self.last = Expectation(np.zeros(3), np.zeros((3, 3)))
+        self.last = self._sure = Expectation(np.zeros(3), np.zeros((3, 3)))
+        self._since_sure = 0.0  # s
 
     def take(self, glimpse: RelativePose | None, duration: float) -> None:
         """What vision says of the way since the keyframe; None where it fails.
@@ -44,12 +53,45 @@ class Glimpses:
         Args:
             duration: since the frame before, s.
         """
-        self._before, self._step = self._step, None
-        if glimpse is None:
-            return
-        before, self.last = self.last, Expectation(glimpse.pose, glimpse.covariance)
-        step = between(before.pose, glimpse.pose)
-        self._step = _Step(step, before.covariance + glimpse.covariance, duration)
+        self._step = None
+        self._since += duration
+        self._since_sure += duration
+        if glimpse is not None:
+            before, self.last = self.last, Expectation(glimpse.pose, glimpse.covariance)
+            self._step = _step(before, self.last, duration)
+
+    def believe(self, pose: Expectation) -> None:
+        """What was seen last is right: the robot is here, as seen from the keyframe, and what is
+        seen next is measured by that."""
+        self._sure_step = _step(self._sure, pose, self._since_sure)
+        self._sure, self._since_sure, self._since = pose, 0.0, 0.0
+
+    def going_on(self) -> Array:
+        """(3,) where the robot is, as seen from the keyframe, if it goes on as it went when it was
+        last believed to be seen, for as long as its mass keeps its motion."""
+        step, gap = self._sure_step, self._since - self._since_sure
+        if step.duration <= 0:
+            return self._sure.pose
+        time = min(self._since_sure, max(_KEPT - gap, 0.0))
+        return np.asarray(compose(self._sure.pose, exp(time / step.duration * log(step.pose))))
+
+    def steadied(self, seen: RelativePose) -> RelativePose:
+        """What is seen, and where a mass is that goes on as it went: together surer than either
+        where all that is seen is far."""
+        step = self._sure_step
+        if step.duration <= 0:
+            return seen
+        expected = self.going_on()
+        share = self._since_sure / step.duration
+        noise = share**2 * step.noise + _gained(step.duration, self._since, self._since_sure)
+        ahead = self._sure.covariance + noise
+        off = seen.pose - expected
+        off[2] = wrapped(off[2])
+        K = np.linalg.solve(ahead + seen.covariance, ahead).T
+        covariance = seen.covariance @ K.T
+        return RelativePose(
+            expected + K @ off, (covariance + covariance.T) / 2, K @ seen.by_disparity
+        )
 
     def leaps(self, pose: Array, duration: float, *ways: Array) -> bool:
         """Whether a pose (3,), seen of the keyframe, is farther from the one before than a robot
@@ -66,17 +108,33 @@ class Glimpses:
         return self._step is not None and contradicted(self._step.pose, self._step.noise, increment)
 
     def jump(self) -> bool:
-        """Whether the motion is so much another than over the frame before that no robot with a
-        mass made it, be its tracks on ice: then points were mistaken for others."""
-        if self._step is None or self._before is None:
+        """Whether the motion is so much another than it was when it was last believed, that no
+        robot with a mass made it, be its tracks on ice: then points were mistaken for others."""
+        if self._step is None:
             return False
-        if min(self._step.duration, self._before.duration) <= 0:
-            return False  # stamps that tell no time
-        # As far as the motion would have led in the time of this frame.
-        share = self._step.duration / self._before.duration
-        change = self._step.pose - share * self._before.pose
-        change[2] = wrapped(change[2])
-        between_middles = (self._step.duration + self._before.duration) / 2
-        allowed = _ACCELERATION * between_middles * self._step.duration
-        noise = self._step.noise + share**2 * self._before.noise + np.diag(allowed**2)
-        return bool(change @ np.linalg.solve(noise, change) > SLIP_GATE)
+        now = _step(self._sure, self.last, self._since_sure)
+        return _jumps(self._sure_step, now, self._since)
+
+
+def _step(begin: Expectation, end: Expectation, duration: float) -> _Step:
+    return _Step(between(begin.pose, end.pose), begin.covariance + end.covariance, duration)
+
+
+def _jumps(before: _Step, step: _Step, since: float) -> bool:
+    """Whether a step is no continuation of another, which ended so long ago [s]."""
+    if min(step.duration, before.duration) <= 0:
+        return False  # stamps that tell no time
+    # As far as the motion would have led in the time of this step.
+    share = step.duration / before.duration
+    change = step.pose - share * before.pose
+    change[2] = wrapped(change[2])
+    gained = _gained(before.duration, since, step.duration)
+    noise = step.noise + share**2 * before.noise + gained
+    return bool(change @ np.linalg.solve(noise, change) > SLIP_GATE)
+
+
+def _gained(before: float, since: float, duration: float) -> Array:
+    """(3, 3) covariance of what a mass moves in so long [s] beside what it would have, had it kept
+    the motion of a step that took `before` and ended `since` ago."""
+    between_middles = since + (before - duration) / 2
+    return np.diag((_ACCELERATION * between_middles * duration) ** 2)
