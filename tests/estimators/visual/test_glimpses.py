@@ -47,8 +47,9 @@ def test_a_jump_is_none_where_vision_sees_no_better() -> None:
     assert not seen([STEP, STEP + [0.0, 0.1, 0.0]], sigma=0.05).jump()
 
 
-def test_a_motion_that_goes_on_as_it_jumped_is_one_after_all_as_soon_as_a_mass_may_have_it() -> None:
-    glimpses, other = seen([STEP, [0.0, 0.1, 0.0]]), np.array([0.0, 0.1, 0.0])
+def test_what_goes_on_as_it_jumped_is_a_motion_once_a_mass_may_have_it() -> None:
+    other = np.array([0.0, 0.1, 0.0])
+    glimpses = seen([STEP, other])
     pose, jumps = compose(STEP, other), []
     for _ in range(4):
         jumps.append(glimpses.jump())
@@ -87,6 +88,19 @@ def test_what_was_seen_to_stand_stands() -> None:
     glimpses.believe(glimpses.last)
     glimpses.take(None, 0.1)
     assert glimpses.going_on() == pytest.approx(STEP)
+
+
+def test_a_mass_holds_what_is_seen_from_afar_and_hardly_what_is_seen_well() -> None:
+    glimpses = seen([STEP, STEP])
+    glimpses.believe(glimpses.last)
+    leap = compose(way_of(3), [0.0, 0.5, 0.0])
+    glimpses.take(glimpse(leap, sigma=1.0), 0.1)
+    far = glimpses.steadied(glimpse(leap, sigma=1.0))
+    assert far.pose == pytest.approx(way_of(3), abs=0.01)
+    assert np.sqrt(np.diag(far.covariance)).max() < 0.05
+    near = glimpses.steadied(glimpse(leap, sigma=1e-4))
+    assert near.pose == pytest.approx(leap, abs=1e-3)
+    assert near.covariance == pytest.approx(1e-8 * np.eye(3), abs=1e-10)
 
 
 def test_before_anything_was_seen_a_robot_is_slow() -> None:
