@@ -151,9 +151,9 @@ class JointFilter:
         by_biases[:, -1] = seen.by_disparity
         return self.state.sees_relative(seen.pose, seen.covariance, by_biases)
 
-    def coast(self, inflation: float = 1.0) -> JointFused:
-        """Without one; the increments since the keyframe are trusted less by an inflation."""
-        return JointFused(self.state.doubted(inflation), np.nan, False)
+    def coast(self) -> JointFused:
+        """Without one."""
+        return JointFused(self.state, np.nan, False)
 
     def commit(self, fused: JointFused) -> None:
         """The pose now becomes the keyframe."""

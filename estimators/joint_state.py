@@ -53,7 +53,7 @@ class JointState:
     """(7 + n, 7 + n)"""
     white: Array
     """(3, 3) the part of the pose's covariance that the increments' white noise has added since the
-    keyframe"""
+    keyframe, of those that were not doubted"""
 
     @staticmethod
     def at_start(bias_sigmas: Array) -> "JointState":
@@ -98,10 +98,11 @@ class JointState:
         return replace(self, covariance=covariance)
 
     def doubted(self, inflation: float) -> "JointState":
-        """As if the increments since the keyframe were noisier: so many times the variance."""
+        """As if the increments since the keyframe were noisier: so many times the variance, of each
+        that was not doubted before. A second doubt of the same is not another."""
         covariance = self.covariance.copy()
         covariance[POSE, POSE] += (inflation - 1) * self.white
-        return replace(self, covariance=covariance, white=inflation * self.white)
+        return replace(self, covariance=covariance, white=np.zeros((3, 3)))
 
     def displaced(self, sigma: float) -> "JointState":
         """As if the robot had been moved in any direction, by so much [m]."""

@@ -131,3 +131,7 @@ def test_doubt_adds_the_white_noise_since_the_keyframe_and_no_more() -> None:
     R = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
     assert np.abs(added[POSE, POSE] - 9 * R @ plain.pose_covariance @ R.T).max() < 1e-12
     assert not added[3:].any()
+    once = state.then(step).doubted(10.0)
+    assert np.array_equal(once.doubted(10.0).covariance, once.covariance), "doubted once"
+    later = once.then(step)
+    assert not np.array_equal(later.doubted(10.0).covariance, later.covariance), "but not this"
