@@ -11,7 +11,7 @@ from grouser.estimators.base import Observation, PoseEstimate, Status
 from grouser.estimators.visual.base import FrameT, Frontend, KeyframeT
 from grouser.estimators.visual.constant_errors import ConstantErrors
 from grouser.estimators.visual.disparity_check import DisparityCheck
-from grouser.estimators.visual.fusion import Fused, RelativePose, nothing_yet
+from grouser.estimators.visual.fusion import Accumulated, Fused, RelativePose, nothing_yet
 from grouser.estimators.visual.glimpses import Glimpses
 from grouser.estimators.visual.keyframes import KeyframeRule
 from grouser.estimators.visual.levelling import levelling
@@ -274,14 +274,17 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         was seen to go, or stand where it was seen to stand."""
         if self._doubtful:
             return self._doubt(level, self._glimpses.going_on())
-        return self._filter.coast(self._predicted.shifted(level))
+        return self._filter.coast(self._from_last_sight().shifted(level))
 
     def _doubt(self, level: Array, anchor: Array) -> Fused:
-        predicted = self._predicted
-        if not self._stood:
-            # What was seen since the keyframe holds, whatever the tracks said of it.
-            predicted = replace(predicted, pose=self._expected)
-        return self._filter.doubt(predicted.shifted(level), anchor + level)
+        return self._filter.doubt(self._from_last_sight().shifted(level), anchor + level)
+
+    def _from_last_sight(self) -> Accumulated:
+        """The prediction from where the robot was last believed to be seen on, as seen from the
+        keyframe, whatever the tracks said of the way there; its noise is that of the whole way."""
+        if self._stood:
+            return self._predicted  # it may have moved all the while
+        return replace(self._predicted, pose=self._expected)
 
     def _learn(
         self, relative: Array, seen: RelativePose | None, expected: Expectation, *, slipped: bool
