@@ -12,6 +12,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from grouser.checks import require_not_negative
+from grouser.estimators.inclination import levelling
 from grouser.estimators.visual.prediction import Increment
 from grouser.geometry import Array
 
@@ -55,14 +56,6 @@ class SlopeOptions:
         require_not_negative(self, *(field.name for field in fields(self)))
 
 
-def projection(vertical: Array) -> Array:
-    """(2, 2) that maps a motion (ahead, left) in a robot's own plane to the level frame that heads
-    the same way; its vertical is (3,) as the robot sees it."""
-    u, v, w = vertical.tolist()
-    reach = float(np.sqrt(1 - u * u))
-    return np.array([[reach, -u * v / reach], [0.0, w / reach]])
-
-
 def on_slope(level: Increment, vertical: Array, creep: Array) -> Increment:
     """What becomes of an increment on level ground where the ground is tilted.
 
@@ -73,7 +66,7 @@ def on_slope(level: Increment, vertical: Array, creep: Array) -> Increment:
             more constant errors of the increment that is returned.
     """
     way, turn = float(level.pose[0]), float(level.pose[2])
-    uphill, onto_level = vertical[:2], projection(vertical)
+    uphill, onto_level = vertical[:2], levelling(vertical)[:2, :2]
     pose = level.pose.copy()
     pose[:2] = onto_level @ pose[:2] - uphill * (creep[0] * abs(turn) + creep[1] * abs(way))
     by_level = np.eye(3)

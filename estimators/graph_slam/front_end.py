@@ -21,18 +21,14 @@ class FrontEnd:
         self._motion = motion
         self._matcher = ScanMatcher()
         self._reference: Reference | None = None
+        self.doubtful = False
+        """Whether the last scan might as well have been taken elsewhere."""
         self.start_keyframe()
 
     def start_keyframe(self) -> None:
         """The robot is where a new keyframe is."""
         self.pose, self.covariance = np.zeros(3), np.zeros((3, 3))
-        self._doubt = np.zeros(3)
         self._reference = None
-
-    @property
-    def doubtful(self) -> bool:
-        """Whether the last scan might as well have been taken elsewhere."""
-        return bool(self._doubt.any())
 
     def forget_reference(self) -> None:
         """The graph has moved."""
@@ -45,7 +41,7 @@ class FrontEnd:
         constant = step.by_errors @ np.diag(errors.sigmas**2) @ step.by_errors.T
         P = step.by_pose @ self.covariance @ step.by_pose.T + step.covariance + constant
         self.pose, self.covariance = step.pose, (P + P.T) / 2
-        self._doubt = np.zeros(3)
+        self.doubtful = False
 
     def correct(self, surface: Surface, graph: PoseGraph, keyframes: Keyframes) -> bool:
         """Lay the scan over the last ones; whether it fits."""
@@ -59,7 +55,7 @@ class FrontEnd:
         if match.score < _SCORE:
             return False
         self._motion.learn(np.zeros(3), match.pose)
-        self.pose, self._doubt = match.pose, match.doubt
+        self.pose, self.doubtful = match.pose, bool(match.doubt.any())
         self.covariance = match.covariance + np.outer(match.doubt, match.doubt)
         return True
 

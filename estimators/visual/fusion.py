@@ -151,7 +151,7 @@ class RelativeFilter:
         added = (after**2 - before**2)[[0, 0, 1]]
         covariance = coasted.state.covariance.copy()
         covariance[:3, :3] += np.diag(added)
-        return Fused(replace(coasted.state, covariance=covariance), np.nan, False, None, after)
+        return Fused(replace(coasted.state, covariance=covariance), np.nan, False, doubt=after)
 
     def follow(self, measured: RelativePose, frames: int) -> Fused:
         """Measurement alone, after so many frames."""

@@ -11,10 +11,9 @@ from grouser.estimators.visual.single_pose import between, compose, wrapped
 from grouser.estimators.visual.stillness import contradicted
 from grouser.geometry import Array, exp, log
 
-# m/s^2, rad/s^2: one sigma of how a robot is accelerated; four of it are more than ground can hold.
 _ACCELERATION = np.array([1.5, 1.5, 4.0])
-
-
+"""m/s^2, rad/s^2: one sigma of how a robot is accelerated; four of it are more than ground can
+hold"""
 _AT_FIRST = np.array([1.5, 1.5, 1.5])
 """m/s, rad/s: one sigma of how it moves before anything is seen"""
 _KEPT = 0.5
@@ -82,9 +81,7 @@ class Glimpses:
         if step.duration <= 0:
             return seen
         expected = self.going_on()
-        share = self._since_sure / step.duration
-        noise = share**2 * step.noise + _gained(step.duration, self._since, self._since_sure)
-        ahead = self._sure.covariance + noise
+        ahead = self._sure.covariance + _noise_of(step, self._since, self._since_sure)
         off = seen.pose - expected
         off[2] = wrapped(off[2])
         K = np.linalg.solve(ahead + seen.covariance, ahead).T
@@ -128,13 +125,13 @@ def _jumps(before: _Step, step: _Step, since: float) -> bool:
     share = step.duration / before.duration
     change = step.pose - share * before.pose
     change[2] = wrapped(change[2])
-    gained = _gained(before.duration, since, step.duration)
-    noise = step.noise + share**2 * before.noise + gained
+    noise = step.noise + _noise_of(before, since, step.duration)
     return bool(change @ np.linalg.solve(noise, change) > SLIP_GATE)
 
 
-def _gained(before: float, since: float, duration: float) -> Array:
-    """(3, 3) covariance of what a mass moves in so long [s] beside what it would have, had it kept
-    the motion of a step that took `before` and ended `since` ago."""
-    between_middles = since + (before - duration) / 2
-    return np.diag((_ACCELERATION * between_middles * duration) ** 2)
+def _noise_of(before: _Step, since: float, duration: float) -> Array:
+    """(3, 3) covariance of a motion that has gone on for so long [s] as over a step that ended
+    `since` ago: by how well that was seen, and by what a mass may have gained meanwhile."""
+    between_middles = since + (before.duration - duration) / 2
+    gained = np.diag((_ACCELERATION * between_middles * duration) ** 2)
+    return (duration / before.duration) ** 2 * before.noise + gained

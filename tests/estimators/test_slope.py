@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from grouser.estimators.inclination import levelling
 from grouser.estimators.slope import (
     SlopeOptions,
     on_slope,
-    projection,
     slip_covariance,
     unknown_covariance,
 )
@@ -37,7 +37,7 @@ def test_a_motion_in_the_robots_plane_is_projected_along_its_heading(
     in_world = (R[:, :2] @ in_plane)[:2]
     c, s = np.cos(heading), np.sin(heading)
     expected = np.array([[c, s], [-s, c]]) @ in_world
-    assert projection(R[2]) @ in_plane == pytest.approx(expected)
+    assert levelling(R[2])[:2, :2] @ in_plane == pytest.approx(expected)
 
 
 def test_level_ground_leaves_an_increment_as_it_is() -> None:
