@@ -50,7 +50,8 @@ def compose(state: SlamState, projection: Projection) -> SlamState:
 def motion_pose(motion: Array) -> Array:
     """T (4, 4) of the chassis after a motion (6,)."""
     along = rotate(motion[0] / 2, motion[1:3])
-    return chassis_pose(np.array([along[0], along[1], motion[0]]), *map(float, motion[3:]))
+    T: Array = chassis_pose(np.array([along[0], along[1], motion[0]]), *map(float, motion[3:]))
+    return T
 
 
 def _pose_jacobians(R: Array, step: Array, motion: Array) -> tuple[Array, Array]:

@@ -23,7 +23,7 @@ from grouser.estimators.visual.single_pose import (
 from grouser.estimators.visual.track_trust import TrackTrust
 from grouser.estimators.visual.variance_factor import Innovation
 from grouser.geometry import Array
-from grouser.kernels import kernel_using
+from grouser.kernels import kernel, kernel_using
 
 SLIP_GATE = 16.3
 """chi-square of 3 degrees of freedom at 99.9 %: beyond it the tracks are said to slip."""
@@ -54,7 +54,7 @@ class RelativePose:
 
     def shifted(self, by: Array) -> "RelativePose":
         """The same with its pose shifted by (3,)."""
-        return replace(self, pose=self.pose + by)
+        return RelativePose(self.pose + by, self.covariance, self.by_disparity)
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +119,7 @@ class RelativeFilter:
         """
         every = errors + disparity_offset(disparity_sigma)
         self._predicted = len(errors)
-        self._walk = np.diag(every.walks) ** 2
+        self._walk = every.walks**2
         self._doubt: Array | None = None
         self._trust = TrackTrust()
         covariance = np.diag(np.concatenate([np.zeros(3), every.sigmas**2]))
@@ -161,11 +161,10 @@ class RelativeFilter:
 
     def _alone(self, relative: Array, noise: Array, by_biases: Array, frames: int) -> Fused:
         keyframe = self.keyframe
-        pose, covariance, _ = _composed(
-            keyframe.pose, keyframe.covariance, relative, noise, by_biases
+        pose, covariance = _carried_on(
+            keyframe.pose, keyframe.covariance, relative, noise, by_biases, frames * self._walk
         )
-        state = self._wandered(pose, keyframe.biases, covariance, frames)
-        return Fused(state, np.nan, False)
+        return Fused(FilterState(pose, keyframe.biases, covariance), np.nan, False)
 
     def fuse(self, predicted: Accumulated, measured: RelativePose) -> Fused:
         """Both; where they disagree beyond the gate the tracks slipped, and vision wins."""
@@ -183,25 +182,21 @@ class RelativeFilter:
             self._trust.watch(predicted.frames, turn_error, *noise)
 
     def _update(self, predicted: Accumulated, measured: RelativePose) -> Fused:
+        keyframe = self.keyframe
         pose, biases, covariance, error, S, nis = _updated(
-            self.keyframe.pose,
-            self.keyframe.biases,
-            self.keyframe.covariance,
+            keyframe.pose,
+            keyframe.biases,
+            keyframe.covariance,
             predicted.pose,
             predicted.covariance,
-            self._by_all_biases(predicted),
+            predicted.by_biases,
             measured.pose,
             measured.covariance,
-            self._by_biases(measured),
+            measured.by_disparity,
+            predicted.frames * self._walk,
         )
-        state = self._wandered(pose, biases, covariance, predicted.frames)
-        return Fused(state, nis, False, Innovation(error, S, predicted.covariance))
-
-    def _wandered(self, pose: Array, biases: Array, covariance: Array, frames: int) -> FilterState:
-        """The state once the biases have wandered on, to hold from this frame."""
-        covariance = (covariance + covariance.T) / 2
-        covariance[3:, 3:] += frames * self._walk
-        return FilterState(pose, biases, covariance)
+        innovation = Innovation(error, S, predicted.covariance)
+        return Fused(FilterState(pose, biases, covariance), nis, False, innovation)
 
     def relative(self, fused: Fused) -> Array:
         """(3,) the fused pose as seen from the keyframe."""
@@ -262,7 +257,25 @@ def _composed(
     return compose(keyframe, relative), carried(F, P, G, noise), R_rel
 
 
-@kernel_using(_composed, wrapped)
+@kernel
+def _wandered(covariance: Array, walk: Array) -> Array:
+    """Symmetric, once the biases have wandered on by variances (n,), to hold from this frame."""
+    covariance = (covariance + covariance.T) / 2
+    for i in range(len(walk)):
+        covariance[3 + i, 3 + i] += walk[i]
+    return covariance
+
+
+@kernel_using(_composed, _wandered)
+def _carried_on(
+    keyframe: Array, P: Array, relative: Array, noise: Array, by_biases: Array, walk: Array
+) -> tuple[Array, Array]:
+    """Pose and covariance of the state, by a relative pose alone."""
+    pose, covariance, _ = _composed(keyframe, P, relative, noise, by_biases)
+    return pose, _wandered(covariance, walk)
+
+
+@kernel_using(_composed, _wandered, wrapped)
 def _updated(
     keyframe: Array,
     biases: Array,
@@ -272,22 +285,30 @@ def _updated(
     by_biases: Array,
     measured: Array,
     R: Array,
-    measured_by_biases: Array,
+    by_disparity: Array,
+    walk: Array,
 ) -> tuple[Array, Array, Array, Array, Array, float]:
-    """Pose, biases and covariance once what was predicted (with noise Q) and what was measured
-    (with R) of the relative pose are fused; the innovation (3,), its covariance, and its squared
-    length in sigmas."""
-    pose, covariance, R_rel = _composed(keyframe, P, predicted, Q, by_biases)
-    innovation = measured - measured_by_biases @ biases - predicted
-    innovation[2] = wrapped(innovation[2])
+    """Pose, biases and covariance once what was predicted (with noise Q, by its own biases) and
+    what was measured (with R, by the disparity offset) of the relative pose are fused; the
+    innovation (3,), its covariance, and its squared length in sigmas."""
+    n = len(biases)
+    by_predicted, H = np.zeros((3, n)), np.empty((3, n))
+    by_predicted[:, : n - 1] = by_biases
     # The innovation's error: tracks' and vision's biases, the tracks' noise, vision's noise.
-    H = by_biases + measured_by_biases
+    H[:, : n - 1], H[:, n - 1] = by_biases, by_disparity
+    pose, covariance, R_rel = _composed(keyframe, P, predicted, Q, by_predicted)
+    innovation = measured - by_disparity * biases[n - 1] - predicted
+    innovation[2] = wrapped(innovation[2])
     cross = np.ascontiguousarray(covariance[:, 3:]) @ H.T
     cross[:3] += R_rel @ Q
     S = H @ np.ascontiguousarray(covariance[3:, 3:]) @ H.T + Q + R
-    K = np.ascontiguousarray(np.linalg.solve(S, np.ascontiguousarray(cross.T)).T)
+    to_solve = np.empty((3, len(cross) + 1))
+    to_solve[:, :-1], to_solve[:, -1] = cross.T, innovation
+    solved = np.linalg.solve(S, to_solve)
+    K = np.ascontiguousarray(solved[:, :-1].T)
+    nis = float(innovation @ np.ascontiguousarray(solved[:, -1]))
     change = K @ innovation
     pose += change[:3]
     pose[2] = wrapped(pose[2])
-    nis = float(innovation @ np.linalg.solve(S, innovation))
-    return pose, biases + change[3:], covariance - K @ S @ K.T, innovation, S, nis
+    covariance = _wandered(covariance - K @ S @ K.T, walk)
+    return pose, biases + change[3:], covariance, innovation, S, nis

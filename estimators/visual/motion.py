@@ -19,7 +19,7 @@ import math
 
 import numpy as np
 
-from grouser.geometry import Array, rotation_from_rpy, transform
+from grouser.geometry import Array
 from grouser.kernels import kernel
 from grouser.rig import StereoCamera
 
@@ -31,10 +31,24 @@ def intrinsics(camera: StereoCamera) -> Array:
     return np.array([camera.fx, camera.fy, camera.cx, camera.cy, camera.baseline])
 
 
+@kernel
 def chassis_pose(planar: Array, height: float, roll: float, pitch: float) -> Array:
     """T (4, 4) of the chassis after a motion whose planar part is the pose (3,)."""
-    rotation = rotation_from_rpy(roll, pitch, float(planar[2]))
-    return transform(rotation, [planar[0], planar[1], height])
+    T = np.eye(4)
+    _rotation(planar[2], roll, pitch, T)
+    T[0, 3], T[1, 3], T[2, 3] = planar[0], planar[1], height
+    return T
+
+
+@kernel
+def _rotation(turn: float, roll: float, pitch: float, R: Array) -> None:
+    """Write Rz(turn) Ry(pitch) Rx(roll) into the first three rows and columns."""
+    ct, st = math.cos(turn), math.sin(turn)
+    cr, sr = math.cos(roll), math.sin(roll)
+    cp, sp = math.cos(pitch), math.sin(pitch)
+    R[0, 0], R[0, 1], R[0, 2] = ct * cp, ct * sp * sr - st * cr, ct * sp * cr + st * sr
+    R[1, 0], R[1, 1], R[1, 2] = st * cp, st * sp * sr + ct * cr, st * sp * cr - ct * sr
+    R[2, 0], R[2, 1], R[2, 2] = -sp, cp * sr, cp * cr
 
 
 @kernel
@@ -55,9 +69,7 @@ def _chassis_pose(motion: Array, R: Array, t: Array, dR: Array, dt: Array) -> No
     cr, sr = math.cos(motion[4]), math.sin(motion[4])
     cp, sp = math.cos(motion[5]), math.sin(motion[5])
     chord, side = motion[1], motion[2]
-    R[0, 0], R[0, 1], R[0, 2] = ct * cp, ct * sp * sr - st * cr, ct * sp * cr + st * sr
-    R[1, 0], R[1, 1], R[1, 2] = st * cp, st * sp * sr + ct * cr, st * sp * cr - ct * sr
-    R[2, 0], R[2, 1], R[2, 2] = -sp, cp * sr, cp * cr
+    _rotation(motion[0], motion[4], motion[5], R)
     t[0], t[1], t[2] = ch * chord - sh * side, sh * chord + ch * side, motion[3]
     dR[:] = 0.0
     dt[:] = 0.0

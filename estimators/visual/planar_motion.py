@@ -23,11 +23,11 @@ def pose_to_motion(pose: Array) -> Array:
     return np.array([[0.0, 0.0, 1.0], [c, s, side / 2], [-s, c, -chord / 2]])
 
 
-@kernel_using(pose_to_motion)
+@kernel
 def planar_pose(motion: Array) -> tuple[Array, Array]:
     """Pose (3,) of a motion whose first three numbers are turn, chord and side, and its derivative
     (3, 3) by these."""
-    turn, chord, side = motion[:3]
+    turn, chord, side = motion[0], motion[1], motion[2]
     c, s = math.cos(turn / 2), math.sin(turn / 2)
-    pose = np.array([c * chord - s * side, s * chord + c * side, turn])
-    return pose, np.linalg.inv(pose_to_motion(pose))
+    x, y = c * chord - s * side, s * chord + c * side
+    return np.array([x, y, turn]), np.array([[-y / 2, c, -s], [x / 2, s, c], [1.0, 0.0, 0.0]])
