@@ -154,6 +154,8 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         stamp = float(observation["stamp"][0])
         weighed = self._weigh(sight, increment, stamp)
         seen, fused = self._combine(weighed)
+        if seen is not None:
+            self._filter.believe(fused, seen, self._predicted.frames)
         relative = self._filter.relative(fused) - weighed.level
         pose_3d = self._keyframe_pose_3d @ chassis_pose(relative, *sight.out_of_plane())
         if weighed.stands:

@@ -169,17 +169,17 @@ class RelativeFilter:
     def fuse(self, predicted: Accumulated, measured: RelativePose) -> Fused:
         """Both; where they disagree beyond the gate the tracks slipped, and vision wins."""
         fused = self._update(predicted, measured)
-        self._watch(fused, predicted, measured)
         if fused.nis <= SLIP_GATE:
             return fused
         followed = self.follow(measured, predicted.frames)
         return Fused(followed.state, fused.nis, True, fused.innovation)
 
-    def _watch(self, fused: Fused, predicted: Accumulated, measured: RelativePose) -> None:
-        if fused.innovation is not None:
-            turn_error = float(fused.innovation.error[2])
-            noise = float(predicted.covariance[2, 2]), float(measured.covariance[2, 2])
-            self._trust.watch(predicted.frames, turn_error, *noise)
+    def believe(self, fused: Fused, measured: RelativePose, frames: int) -> None:
+        """This fusion, so many frames after the keyframe, is right: so good are the tracks."""
+        seen = fused.innovation
+        if seen is not None:
+            noise = float(seen.of_prediction[2, 2]), float(measured.covariance[2, 2])
+            self._trust.watch(frames, float(seen.error[2]), *noise)
 
     def _update(self, predicted: Accumulated, measured: RelativePose) -> Fused:
         keyframe = self.keyframe

@@ -24,6 +24,9 @@ class PoseFilter(Protocol):
     def fuse(self, predicted: Accumulated, measured: RelativePose) -> Fused:
         """Both."""
 
+    def believe(self, fused: Fused, measured: RelativePose, frames: int) -> None:
+        """This fusion, so many frames after the keyframe, is right."""
+
     def relative(self, fused: Fused) -> Array:
         """(3,) the fused pose as seen from the keyframe."""
 

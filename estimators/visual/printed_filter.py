@@ -49,6 +49,9 @@ class PrintedFilter:
         nis = float(innovation @ np.linalg.solve(S, innovation))
         return Fused(self._state(pose, P - K @ P).state, nis, False)
 
+    def believe(self, fused: Fused, measured: RelativePose, frames: int) -> None:
+        """The paper does not learn how good its tracks are."""
+
     def relative(self, fused: Fused) -> Array:
         """(3,) the fused pose as seen from the frame before."""
         return between(self._last.pose, fused.state.pose)

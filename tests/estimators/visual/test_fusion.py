@@ -164,12 +164,25 @@ def test_tracks_that_were_seen_to_be_exact_are_trusted_more_in_the_dark() -> Non
         since = nothing_yet(ERRORS)
         for _ in range(8):
             since = since.then(PREDICTOR.predict({"tracks": straight}, known))
-            fused = kalman.fuse(since, vision(since.pose))
+            seen = vision(since.pose)
+            fused = kalman.fuse(since, seen)
+            kalman.believe(fused, seen, since.frames)
         kalman.commit(fused)
     kalman.keyframe = exact().keyframe
     before, after = (k.coast(since).state.covariance for k in (exact(), kalman))
     assert after[2, 2] < 0.3 * before[2, 2], "the tracks' own noise turns the robot"
     assert after[1, 1] > 0.3 * before[1, 1], "nobody knows how it slips in the dark"
+
+
+def test_what_is_not_believed_says_nothing_of_the_tracks() -> None:
+    kalman, tracks = exact(), [predicted(n) for n in range(1, 9)]
+    for k, since in enumerate(tracks):
+        mistaken = vision(since.pose + [0.0, 0.0, 0.1 * (-1) ** k])
+        assert kalman.fuse(since, mistaken).slipped
+    kalman.commit(kalman.coast(tracks[-1]))
+    kalman.keyframe = exact().keyframe
+    once, never = (k.coast(tracks[-1]).state.covariance for k in (kalman, exact()))
+    np.testing.assert_array_equal(once, never)
 
 
 def test_tracks_that_slipped_of_late_are_trusted_less_in_the_dark() -> None:
