@@ -62,6 +62,19 @@ class _Weighed:
     """(3,) what the keyframe's tilt adds to all that is seen from it"""
 
 
+@dataclass(frozen=True, slots=True)
+class _Seen(Generic[FrameT]):
+    """A frame that was seen well: all that makes it the keyframe."""
+
+    frame: FrameT
+    pose_3d: Array
+    fused: Fused
+    sight: Sight
+    seen: RelativePose | None
+    """None where it is the keyframe although vision failed"""
+    stamp: float
+
+
 @dataclass(slots=True)
 class _Clock:
     """When the stages of a frame ended, s."""
@@ -114,6 +127,7 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         self._rule = rule
         self._lost_after = lost_after
         self._rng: np.random.Generator | None = None
+        self._before: _Seen[FrameT] | None = None
 
     def reset(self, observation: Observation, *, rng: np.random.Generator) -> PoseEstimate:
         """Start at pose zero, known exactly, with the first frame as keyframe."""
@@ -148,8 +162,11 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         clock = _Clock(started=time.perf_counter())
         frame = self._frontend.extract(observation)
         clock.extracted = time.perf_counter()
-        increment, expected = self._predict(observation)
-        sight = self._sight.look(self._keyframe, frame, expected, self._believe(), self._rng)
+        increment = self._predict(observation)
+        sight, expected = self._look(frame, increment)
+        if self._before is not None and self._rule.sees_little(sight):
+            increment = self._compare_with_the_frame_before(self._before, increment)
+            sight, expected = self._look(frame, increment)
         clock.looked = time.perf_counter()
         stamp = float(observation["stamp"][0])
         weighed = self._weigh(sight, increment, stamp)
@@ -164,10 +181,12 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
             self._learn(relative, seen, expected, slipped=fused.slipped)
         status = self._status(seen, stamp)
         told = self._tell(sight, weighed, fused, clock) | {"features": float(len(frame.points))}
+        now = _Seen(frame, pose_3d.copy(), fused, sight, seen, stamp)
         if self._outlived(relative, sight, weighed):
-            self._filter.commit(fused)
-            self._end_leg(sight, seen, stamp)
-            self._start_from(frame, pose_3d)
+            self._renew(now)
+        else:
+            well = seen is not None and not self._rule.sees_little(sight)
+            self._before = now if well else None
         return PoseEstimate(
             pose=fused.state.pose.copy(),
             covariance=fused.state.covariance[:3, :3].copy(),
@@ -181,25 +200,52 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         """The predictor's constant errors as estimated (n,), and their covariance (n, n)."""
         return self._filter.of_predictor()
 
+    def _renew(self, seen: _Seen[FrameT]) -> None:
+        """The frame becomes the keyframe."""
+        self._filter.commit(seen.fused)
+        self._end_leg(seen.sight, seen.seen, seen.stamp)
+        self._start_from(seen.frame, seen.pose_3d)
+
+    def _compare_with_the_frame_before(
+        self, before: _Seen[FrameT], increment: Increment
+    ) -> Increment:
+        """Little is seen of the keyframe any more, and most of the frame before: had it been known,
+        that would be the keyframe. Returns the increment by the errors as estimated there."""
+        biases, _ = self._filter.of_predictor()
+        self._renew(before)
+        changed = self._filter.of_predictor()[0] - biases
+        return replace(increment, pose=increment.pose + increment.by_biases @ changed)
+
     def _start_from(self, frame: FrameT, pose_3d: Array) -> None:
         """Compare the next frames with this one."""
         self._keyframe = self._frontend.make_keyframe(frame)
-        self._keyframe_pose_3d = pose_3d.copy()
+        self._keyframe_pose_3d = pose_3d
         self._predicted = nothing_yet(self._predictor.errors)
         self._believed = Expectation(np.zeros(3), np.zeros((3, 3)))
         self._glimpses.start()
+        self._before = None
 
-    def _predict(self, observation: Observation) -> tuple[Increment, Expectation]:
+    def _predict(self, observation: Observation) -> Increment:
+        biases, _ = self._filter.of_predictor()
+        return self._predictor.predict(observation, biases)
+
+    def _look(self, frame: FrameT, increment: Increment) -> tuple[Sight, Expectation]:
+        """Back at the keyframe, from where the increment leads; and where that was expected."""
+        assert self._rng is not None
+        expected = self._expect(increment)
+        prior = self._believe()
+        return self._sight.look(self._keyframe, frame, expected, prior, self._rng), expected
+
+    def _expect(self, increment: Increment) -> Expectation:
         """Takes the increment into the filter's prediction, and says where to search."""
-        biases, covariance_of_biases = self._filter.of_predictor()
-        increment = self._predictor.predict(observation, biases)
+        _, covariance_of_biases = self._filter.of_predictor()
         self._predicted = self._predicted.then(increment)
         F, V = compose_jacobians(self._believed.pose, increment.pose)
         by_biases = increment.by_biases
         noise = increment.covariance + by_biases @ covariance_of_biases @ by_biases.T
         covariance = carried(F, self._believed.covariance, V, noise)
         self._expected = compose(self._believed.pose, increment.pose)
-        return increment, Expectation(self._expected, covariance)
+        return Expectation(self._expected, covariance)
 
     def _believe(self) -> MotionPrior:
         """The prior of the motion since the keyframe, from the prediction alone."""
