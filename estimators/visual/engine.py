@@ -11,9 +11,10 @@ from grouser.estimators.base import Observation, PoseEstimate, Status
 from grouser.estimators.visual.base import FrameT, Frontend, KeyframeT
 from grouser.estimators.visual.constant_errors import ConstantErrors
 from grouser.estimators.visual.disparity_check import DisparityCheck
-from grouser.estimators.visual.fusion import Accumulated, Fused, RelativePose, nothing_yet
+from grouser.estimators.visual.fusion import Fused, RelativePose, nothing_yet
 from grouser.estimators.visual.glimpses import Glimpses
 from grouser.estimators.visual.keyframes import KeyframeRule
+from grouser.estimators.visual.last_sight import LastSight
 from grouser.estimators.visual.levelling import levelling
 from grouser.estimators.visual.motion import chassis_pose
 from grouser.estimators.visual.planar_motion import pose_motion, pose_to_motion
@@ -171,14 +172,14 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         stamp = float(observation["stamp"][0])
         weighed = self._weigh(sight, increment, stamp)
         seen, fused = self._combine(weighed)
-        if seen is not None:
-            self._filter.believe(fused, seen, self._predicted.frames)
-        relative = self._filter.relative(fused) - weighed.level
-        pose_3d = self._keyframe_pose_3d @ chassis_pose(relative, *sight.out_of_plane())
+        relative, pose_3d = self._place(fused, seen, sight, weighed.level)
         if weighed.stands:
             self._expect_rest(increment)
         else:
             self._learn(relative, seen, expected, slipped=fused.slipped)
+        if seen is not None:
+            self._filter.believe(fused, seen, self._predicted.frames)
+            self._last_sight = self._seen_here(relative, pose_3d, fused)
         status = self._status(seen, stamp)
         told = self._tell(sight, weighed, fused, clock) | {"features": float(len(frame.points))}
         now = _Seen(frame, pose_3d.copy(), fused, sight, seen, stamp)
@@ -221,9 +222,16 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         self._keyframe = self._frontend.make_keyframe(frame)
         self._keyframe_pose_3d = pose_3d
         self._predicted = nothing_yet(self._predictor.errors)
+        self._last_sight = self._at_keyframe()
         self._believed = Expectation(np.zeros(3), np.zeros((3, 3)))
         self._glimpses.start()
         self._before = None
+
+    def _at_keyframe(self) -> LastSight:
+        return LastSight(np.zeros(3), self._keyframe_pose_3d, self._predicted)
+
+    def _seen_here(self, relative: Array, pose_3d: Array, fused: Fused) -> LastSight:
+        return LastSight(relative, pose_3d, nothing_yet(self._predictor.errors), fused.state)
 
     def _predict(self, observation: Observation) -> Increment:
         biases, _ = self._filter.of_predictor()
@@ -240,12 +248,12 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         """Takes the increment into the filter's prediction, and says where to search."""
         _, covariance_of_biases = self._filter.of_predictor()
         self._predicted = self._predicted.then(increment)
+        self._last_sight = self._last_sight.then(increment)
         F, V = compose_jacobians(self._believed.pose, increment.pose)
         by_biases = increment.by_biases
         noise = increment.covariance + by_biases @ covariance_of_biases @ by_biases.T
         covariance = carried(F, self._believed.covariance, V, noise)
-        self._expected = compose(self._believed.pose, increment.pose)
-        return Expectation(self._expected, covariance)
+        return Expectation(compose(self._believed.pose, increment.pose), covariance)
 
     def _believe(self) -> MotionPrior:
         """The prior of the motion since the keyframe, from the prediction alone."""
@@ -291,14 +299,14 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         if fused.slipped and self._glimpses.jump():
             # Points were mistaken for others, which says nothing against the tracks.
             self._doubtful = before
-            return None, self._bridge(level)
+            return None, self._bridge()
         if fused.slipped and weighed.doubtful:
             # Against the tracks: neither is sure, both are covered.
-            return None, self._doubt(level, self._glimpses.last.pose)
+            return None, self._doubt(self._glimpses.last.pose)
         if weighed.seen is not None and weighed.doubtful:
             # They agree by chance, and with the tracks because they were looked for there.
             self._doubtful = before
-            return None, self._bridge(level)
+            return None, self._bridge()
         if fused.slipped and weighed.seen is not None:
             # Tracks tell nothing then, but a mass keeps its motion, whatever they do.
             seen = self._glimpses.steadied(weighed.seen)
@@ -308,7 +316,7 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
     def _fuse(self, seen: RelativePose | None, stands: bool, level: Array) -> Fused:
         self._doubtful |= stands
         if seen is None:
-            return self._bridge(level)
+            return self._bridge()
         predicted = self._predicted.shifted(level)
         seen = seen.shifted(level)
         if not predicted.measured:
@@ -317,22 +325,36 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         self._doubtful = fused.slipped
         return fused
 
-    def _bridge(self, level: Array) -> Fused:
+    def _bridge(self) -> Fused:
         """By the prediction; if that was wrong of late, the robot may as well have gone on as it
         was seen to go, or stand where it was seen to stand."""
         if self._doubtful:
-            return self._doubt(level, self._glimpses.going_on())
-        return self._filter.coast(self._from_last_sight().shifted(level))
+            return self._doubt(self._glimpses.going_on())
+        known = self._last_known()
+        return self._filter.coast(known.since.shifted(known.level()), known.state)
 
-    def _doubt(self, level: Array, anchor: Array) -> Fused:
-        return self._filter.doubt(self._from_last_sight().shifted(level), anchor + level)
+    def _doubt(self, anchor: Array) -> Fused:
+        known = self._last_known()
+        level = known.level()
+        anchor = between(known.pose, anchor) + level
+        return self._filter.doubt(known.since.shifted(level), anchor, known.state)
 
-    def _from_last_sight(self) -> Accumulated:
-        """The prediction from where the robot was last believed to be seen on, as seen from the
-        keyframe, whatever the tracks said of the way there; its noise is that of the whole way."""
-        if self._stood:
-            return self._predicted  # it may have moved all the while
-        return replace(self._predicted, pose=self._expected)
+    def _last_known(self) -> LastSight:
+        """From where the prediction alone leads on."""
+        # Who was said to stand may have moved all the while since the keyframe.
+        return self._at_keyframe() if self._stood else self._last_sight
+
+    def _place(
+        self, fused: Fused, seen: RelativePose | None, sight: Sight, level: Array
+    ) -> tuple[Array, Array]:
+        """(3,) where the robot is as seen from the keyframe, in its plane, and (4, 4) from the
+        start, with the tilt that was seen, or seen last."""
+        if seen is not None:
+            relative = self._filter.relative(fused) - level
+            return relative, self._keyframe_pose_3d @ chassis_pose(relative, *sight.out_of_plane())
+        known = self._last_known()
+        step = self._filter.relative(fused, known.state) - known.level()
+        return compose(known.pose, step), known.pose_3d @ chassis_pose(step, 0.0, 0.0, 0.0)
 
     def _learn(
         self, relative: Array, seen: RelativePose | None, expected: Expectation, *, slipped: bool

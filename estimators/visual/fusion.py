@@ -130,21 +130,27 @@ class RelativeFilter:
         own = slice(3, 3 + self._predicted)
         return self.keyframe.biases[: self._predicted], self.keyframe.covariance[own, own]
 
-    def coast(self, predicted: Accumulated) -> Fused:
-        """Prediction alone, whose slip is trusted less where nobody sees it."""
-        noise = self._trust.in_the_dark(predicted.covariance, predicted.of_tracks)
-        return self._alone(predicted.pose, noise, self._by_all_biases(predicted), predicted.frames)
+    def coast(self, predicted: Accumulated, start: FilterState | None = None) -> Fused:
+        """Prediction alone, whose slip is trusted less where nobody sees it.
 
-    def doubt(self, predicted: Accumulated, anchor: Array) -> Fused:
+        Args:
+            start: the state from which it leads on; left out, that at the keyframe.
+        """
+        return self._coasted(self._as_known(predicted, start), start)
+
+    def doubt(
+        self, predicted: Accumulated, anchor: Array, start: FilterState | None = None
+    ) -> Fused:
         """Prediction alone, where the robot may as well have stayed at the anchor (3,), a pose
-        relative to the keyframe: midway, with a covariance that covers both ends.
+        relative to the start: midway, with a covariance that covers both ends.
 
         Both ends stay possible from keyframe to keyframe: such errors add up, not their squares.
         """
-        half = predicted.pose - anchor
+        known = self._as_known(predicted, start)
+        half = known.pose - anchor
         half[2] = wrapped(half[2])
         half /= 2
-        coasted = self.coast(replace(predicted, pose=anchor + half))
+        coasted = self._coasted(replace(known, pose=anchor + half), start)
         before = np.zeros(2) if self._doubt is None else self._doubt
         after = before + [np.hypot(half[0], half[1]), abs(half[2])]
         # In any direction: where it went hangs on where it headed, which is doubted as well.
@@ -153,18 +159,38 @@ class RelativeFilter:
         covariance[:3, :3] += np.diag(added)
         return Fused(replace(coasted.state, covariance=covariance), np.nan, False, doubt=after)
 
+    def _coasted(self, predicted: Accumulated, start: FilterState | None) -> Fused:
+        noise = self._trust.in_the_dark(predicted.covariance, predicted.of_tracks)
+        by_biases = self._by_all_biases(predicted)
+        return self._alone(predicted.pose, noise, by_biases, predicted.frames, start)
+
+    def _as_known(self, predicted: Accumulated, start: FilterState | None) -> Accumulated:
+        """What was predicted with the constant errors known at the keyframe, with those at the
+        start."""
+        if start is None:
+            return predicted
+        better = start.biases[: self._predicted] - self.keyframe.biases[: self._predicted]
+        return predicted.shifted(predicted.by_biases @ better)
+
     def follow(self, measured: RelativePose, frames: int) -> Fused:
         """Measurement alone, after so many frames."""
         by_biases = self._by_biases(measured)
         corrected = measured.pose - by_biases @ self.keyframe.biases
         return self._alone(corrected, measured.covariance, -by_biases, frames)
 
-    def _alone(self, relative: Array, noise: Array, by_biases: Array, frames: int) -> Fused:
-        keyframe = self.keyframe
+    def _alone(
+        self,
+        relative: Array,
+        noise: Array,
+        by_biases: Array,
+        frames: int,
+        start: FilterState | None = None,
+    ) -> Fused:
+        start = start or self.keyframe
         pose, covariance = _carried_on(
-            keyframe.pose, keyframe.covariance, relative, noise, by_biases, frames * self._walk
+            start.pose, start.covariance, relative, noise, by_biases, frames * self._walk
         )
-        return Fused(FilterState(pose, keyframe.biases, covariance), np.nan, False)
+        return Fused(FilterState(pose, start.biases, covariance), np.nan, False)
 
     def fuse(self, predicted: Accumulated, measured: RelativePose) -> Fused:
         """Both; where they disagree beyond the gate the tracks slipped, and vision wins."""
@@ -198,9 +224,9 @@ class RelativeFilter:
         innovation = Innovation(error, S, predicted.covariance)
         return Fused(FilterState(pose, biases, covariance), nis, False, innovation)
 
-    def relative(self, fused: Fused) -> Array:
-        """(3,) the fused pose as seen from the keyframe."""
-        return np.asarray(between(self.keyframe.pose, fused.state.pose))
+    def relative(self, fused: Fused, start: FilterState | None = None) -> Array:
+        """(3,) the fused pose as seen from a state, by default that at the keyframe."""
+        return np.asarray(between((start or self.keyframe).pose, fused.state.pose))
 
     def commit(self, fused: Fused) -> None:
         """The current frame becomes the keyframe."""

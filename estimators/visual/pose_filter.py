@@ -2,7 +2,7 @@
 
 from typing import Protocol
 
-from grouser.estimators.visual.fusion import Accumulated, Fused, RelativePose
+from grouser.estimators.visual.fusion import Accumulated, FilterState, Fused, RelativePose
 from grouser.geometry import Array
 
 
@@ -12,11 +12,13 @@ class PoseFilter(Protocol):
     def of_predictor(self) -> tuple[Array, Array]:
         """The predictor's constant errors (n,) as estimated, and their covariance (n, n)."""
 
-    def coast(self, predicted: Accumulated) -> Fused:
-        """Prediction alone."""
+    def coast(self, predicted: Accumulated, start: FilterState | None = None) -> Fused:
+        """Prediction alone, from a state, by default that at the keyframe."""
 
-    def doubt(self, predicted: Accumulated, anchor: Array) -> Fused:
-        """Prediction alone, where the robot may as well have stayed at the anchor (3,)."""
+    def doubt(
+        self, predicted: Accumulated, anchor: Array, start: FilterState | None = None
+    ) -> Fused:
+        """The same, where the robot may as well have stayed at the anchor (3,)."""
 
     def follow(self, measured: RelativePose, frames: int) -> Fused:
         """Measurement alone, after so many frames."""
@@ -27,8 +29,8 @@ class PoseFilter(Protocol):
     def believe(self, fused: Fused, measured: RelativePose, frames: int) -> None:
         """This fusion, so many frames after the keyframe, is right."""
 
-    def relative(self, fused: Fused) -> Array:
-        """(3,) the fused pose as seen from the keyframe."""
+    def relative(self, fused: Fused, start: FilterState | None = None) -> Array:
+        """(3,) the fused pose as seen from a state, by default that at the keyframe."""
 
     def commit(self, fused: Fused) -> None:
         """The current frame becomes the keyframe."""

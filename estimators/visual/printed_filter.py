@@ -25,13 +25,17 @@ class PrintedFilter:
         """Nothing is learnt of the predictor's errors: zeros (n,) and (n, n)."""
         return np.zeros(self._errors), np.zeros((self._errors, self._errors))
 
-    def coast(self, predicted: Accumulated) -> Fused:
+    def coast(self, predicted: Accumulated, start: FilterState | None = None) -> Fused:
         """Eqs. (6) to (11) alone."""
-        return self._state(compose(self._last.pose, predicted.pose), self._predicted(predicted))
+        start = start or self._last
+        covariance = start.covariance + predicted.frames * _Q
+        return self._state(compose(start.pose, predicted.pose), covariance)
 
-    def doubt(self, predicted: Accumulated, anchor: Array) -> Fused:
+    def doubt(
+        self, predicted: Accumulated, anchor: Array, start: FilterState | None = None
+    ) -> Fused:
         """The paper never doubts its tracks."""
-        return self.coast(predicted)
+        return self.coast(predicted, start)
 
     def follow(self, measured: RelativePose, frames: int) -> Fused:
         """Without tracks the measurement is all there is."""
@@ -52,9 +56,9 @@ class PrintedFilter:
     def believe(self, fused: Fused, measured: RelativePose, frames: int) -> None:
         """The paper does not learn how good its tracks are."""
 
-    def relative(self, fused: Fused) -> Array:
-        """(3,) the fused pose as seen from the frame before."""
-        return between(self._last.pose, fused.state.pose)
+    def relative(self, fused: Fused, start: FilterState | None = None) -> Array:
+        """(3,) the fused pose as seen from a state, by default that of the frame before."""
+        return between((start or self._last).pose, fused.state.pose)
 
     def commit(self, fused: Fused) -> None:
         """The current frame is the next one's last."""

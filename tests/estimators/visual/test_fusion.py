@@ -111,6 +111,41 @@ def test_nees_of_the_pose_is_three_and_the_scale_errors_are_found() -> None:
     np.testing.assert_allclose(found, said, rtol=0.25)
 
 
+def through_the_dark(rng: np.random.Generator) -> Outcome:
+    """Six frames in sight of a keyframe, six in the dark, and six in sight of where they led."""
+    kalman, truth, keyframe = make(), np.zeros(3), np.zeros(3)
+    biases, since, start = SIGMAS * rng.normal(size=5), nothing_yet(ERRORS), None
+    for frame in range(1, 19):
+        du = np.array([0.06, 0.05])
+        truth = compose(truth, true_step(rng, du, biases))
+        since = since.then(PREDICTOR.predict({"tracks": du}, kalman.of_predictor()[0]))
+        if frame in (6, 18):
+            told = vision(between(keyframe, truth), biases[4])
+            noise = np.sqrt(np.diag(VISION)) * rng.normal(size=3)
+            fused = kalman.fuse(since, RelativePose(told.pose + noise, VISION, told.by_disparity))
+            start, since = fused.state, nothing_yet(ERRORS)
+        if frame == 12:
+            fused = kalman.coast(since, start)
+        if frame in (12, 18):
+            kalman.commit(fused)
+            keyframe, since = truth, nothing_yet(ERRORS)
+    error = truth - kalman.keyframe.pose
+    error[2] = wrap(error[2])
+    return Outcome(error, biases - kalman.keyframe.biases, kalman.keyframe.covariance)
+
+
+def test_what_the_light_tells_of_the_dark_is_honest() -> None:
+    """Coasting leads on from the last sight, so its error is what tracks brought since, and no more
+    of it is taken back than that."""
+    outcomes = [through_the_dark(rng) for rng in np.random.default_rng(5).spawn(150)]
+    joint = [np.append(o.pose_error, o.bias_error) for o in outcomes]
+    nees = [e @ np.linalg.solve(o.covariance, e) for e, o in zip(joint, outcomes, strict=True)]
+    assert 6.0 < np.mean(nees) < 9.3  # of eight; slip in the dark is trusted less
+    turned = np.sqrt(np.mean([o.pose_error[2] ** 2 for o in outcomes]))
+    said = np.sqrt(np.mean([o.covariance[2, 2] for o in outcomes]))
+    assert 0.7 * said < turned < 1.15 * said
+
+
 def test_accumulation_is_composition_with_derivatives_by_the_biases() -> None:
     total, h = predicted(20, start=20), 1e-6
     pose = np.zeros(3)

@@ -193,6 +193,21 @@ def test_a_blackout_with_tracks_is_coasted_through(solver: str) -> None:
     assert error[-1] @ np.linalg.solve(estimates[-1].covariance, error[-1]) < 16.3
 
 
+def test_the_dark_goes_on_from_where_the_robot_was_last_seen() -> None:
+    """With the tilt that was seen then, and with what one frame makes unsure, though the keyframe
+    may be several frames old."""
+    room = drive(13, range(9, 13))
+    before, dark, last = (run(room.observations)[i] for i in (8, 9, 12))
+    assert before.diagnostics["keyframe_age"] > 1 and before.pose_3d is not None
+    for estimate in (dark, last):
+        assert estimate.status == Status.COASTING and estimate.pose_3d is not None
+        np.testing.assert_allclose(estimate.pose_3d[:3, 2], before.pose_3d[:3, 2], atol=1e-12)
+        np.testing.assert_allclose(project(estimate.pose_3d), estimate.pose, atol=1e-3)
+    assert np.abs(before.pose_3d[:2, 2]).max() > 1e-6
+    first, whole = (np.diag(e.covariance - before.covariance) for e in (dark, last))
+    assert (0 < first).all() and (first < 0.4 * whole).all()
+
+
 def test_a_scale_error_of_the_tracks_is_found_before_it_is_needed() -> None:
     """Tracks that report six per cent too much, then darkness in which nothing else is left."""
     room = drive(37, range(25, 37))
