@@ -5,6 +5,7 @@ from typing import Generic, Protocol, TypeVar
 
 from grouser.estimators.base import Observation
 from grouser.estimators.visual.matching import Matches, Prediction
+from grouser.estimators.visual.structure import OffsetEvidence
 from grouser.geometry import Array
 
 
@@ -47,3 +48,7 @@ class Frontend(ABC, Generic[FrameT, KeyframeT]):
     @abstractmethod
     def match(self, keyframe: KeyframeT, frame: FrameT, prediction: Prediction) -> Matches:
         """The keyframe's features found again, sought where its points are predicted."""
+
+    @abstractmethod
+    def learn(self, matches: Matches, evidence: OffsetEvidence) -> None:
+        """What the structure of matched points told of the cameras."""

@@ -390,6 +390,8 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
     def _end_leg(self, sight: Sight, seen: RelativePose | None, stamp: float) -> None:
         """What the way from the last keyframe to the next tells of the cameras."""
         evidence = None if seen is None else self._sight.disparity_offset(sight)
+        if evidence is not None and sight.support is not None:
+            self._frontend.learn(sight.support.matches, evidence)
         self._check.take(evidence, self._filter)
         self._on_keyframe(Leg(stamp, seen, evidence))
 

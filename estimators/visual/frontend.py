@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grouser.estimators.base import Observation
+from grouser.estimators.visual.bow import Bow
 from grouser.estimators.visual.corners import strength
 from grouser.estimators.visual.descriptor import Descriptors, Image, match_rows, smooth
-from grouser.estimators.visual.eye_rows import EyeRows, EyeRowsFit
+from grouser.estimators.visual.eye_difference import EyeDifference, EyeDifferenceFit
 from grouser.estimators.visual.fast import FastFeatures
 from grouser.estimators.visual.features import FeatureExtractor, Likeness
 from grouser.estimators.visual.row_alignment import align_rows
 from grouser.estimators.visual.sift import SiftFeatures
+from grouser.estimators.visual.structure import OffsetEvidence
 from grouser.geometry import Array
 from grouser.rig import StereoCamera
 
@@ -85,8 +87,8 @@ class StereoFrame:
     """(n, k)"""
     likeness: Likeness
     """How the descriptors are compared."""
-    rows: EyeRows
-    """How the eyes' rows differ."""
+    eyes: EyeDifference
+    """How the eyes differ."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,31 +104,48 @@ class Keyframe:
     """(n, k)"""
     strength: Array
     """(n,) how well the corner is defined"""
+    eyes: EyeDifference
+    """How the eyes were taken to differ."""
+
+    def points_by(self, eyes: EyeDifference) -> Array:
+        """(n, 3) the points as seen by eyes that are known better by now."""
+        points = self.points.copy()
+        points[:, 2] += self.eyes.disparities_at(points) - eyes.disparities_at(points)
+        return points
 
 
 class StereoFrontend:
     """Turns stereo pairs into matched features; it remembers what its extractor does, and how the
-    eyes' rows differ."""
+    eyes differ."""
 
-    def __init__(self, options: FrontendOptions, *, disparity_offset: float = 0.0) -> None:
+    def __init__(
+        self, options: FrontendOptions, *, disparity_offset: float = 0.0, focal: float = 1.0
+    ) -> None:
+        """
+        Args:
+            disparity_offset: measured minus true disparity, px.
+            focal: length, half widths of the image.
+        """
+        self._focal = focal
         self._options = options
         self._offset = disparity_offset
         self._extractor = FEATURES[options.features](options.corners)
-        self._rows = EyeRowsFit()
+        self._eyes = EyeDifferenceFit(self._focal)
 
     def reset(self) -> None:
         """Forget what earlier images led to."""
         self._extractor.reset()
-        self._rows = EyeRowsFit()
+        self._eyes = EyeDifferenceFit(self._focal)
 
     def extract(self, left: Image, right: Image) -> StereoFrame:
         """Features of a rectified pair (H, W) uint8, matched to the pixel."""
         options, likeness = self._options, self._extractor.likeness
         features, others = self._extractor.extract(left, right)
         left, right = smooth(left, _ALIGNMENT_BLUR), smooth(right, _ALIGNMENT_BLUR)
-        rows = self._rows.rows(left.shape)
+        eyes = self._eyes.difference(left.shape)
         sought = features.places.copy()
-        sought[:, 1] += np.rint(rows.at(sought.astype(float))).astype(np.int32)
+        at_infinity = np.column_stack([sought, np.zeros(len(sought))])
+        sought[:, 1] += np.rint(eyes.rows_at(at_infinity)).astype(np.int32)
         partner = match_rows(
             sought,
             features.descriptors,
@@ -142,12 +161,12 @@ class StereoFrontend:
         points = np.empty((len(kept), 3))
         points[:, :2] = features.places[kept]
         points[:, 2] = features.places[kept, 0] - others.places[partner[kept], 0]
-        points[:, 2] -= self._offset
-        return StereoFrame(left, right, points, features.descriptors[kept], likeness, rows)
+        points[:, 2] -= self._offset + eyes.disparities_at(points)
+        return StereoFrame(left, right, points, features.descriptors[kept], likeness, eyes)
 
     def make_keyframe(self, frame: StereoFrame) -> Keyframe:
         """The frame with its disparities to a fraction of a pixel; what does not align is left."""
-        aligned = self._align(frame)
+        aligned, eyes = self._align(frame)
         points = np.column_stack([frame.points[:, :2], aligned[:, 0]])
         good = np.nan_to_num(points[:, 2]) > _MIN_DISPARITY
         return Keyframe(
@@ -156,22 +175,28 @@ class StereoFrontend:
             aligned[good, 1:],
             frame.descriptors[good],
             strength(frame.left, points[good]),
+            eyes,
         )
 
-    def _align(self, frame: StereoFrame) -> Array:
-        """Disparities and slopes (n, 3) of a frame's points, from which the eyes' rows are learnt;
-        of the first frame once more, when they are known."""
-        was_empty = self._rows.empty
+    def learn_bow(self, evidence: OffsetEvidence, known: Bow) -> None:
+        """What points tell of the eyes that matched with a bow taken out as it was known."""
+        if evidence.bow is not None:
+            self._eyes.bow.learn(evidence.bow, known)
+
+    def _align(self, frame: StereoFrame) -> tuple[Array, EyeDifference]:
+        """Disparities and slopes (n, 3) of a frame's points, from which the eyes' difference is
+        learnt, and that which was taken out; of the first frame once more, when it is known."""
+        was_empty = self._eyes.empty
         aligned = self._align_once(frame)
-        if was_empty and not self._rows.empty:
-            rows = self._rows.rows(frame.left.shape)
-            aligned = self._align_once(replace(frame, rows=rows))
-        return aligned
+        if was_empty and not self._eyes.empty:
+            frame = replace(frame, eyes=self._eyes.difference(frame.left.shape))
+            aligned = self._align_once(frame)
+        return aligned, frame.eyes
 
     def _align_once(self, frame: StereoFrame) -> Array:
         aligned, off = align_disparities(frame, frame.points, self._offset)
-        lower = frame.rows.at(frame.points) + off[:, 0]
-        self._rows.learn(frame.points, lower, off[:, 1], frame.rows.half)
+        lower = frame.eyes.rows_at(frame.points) + off[:, 0]
+        self._eyes.learn(lower, off[:, 1], frame.points, frame.eyes)
         return aligned
 
 
@@ -181,9 +206,12 @@ def align_disparities(frame: StereoFrame, points: Array, offset: float) -> tuple
 
     offset: measured minus true disparity, px. NaN where a patch does not align.
     """
-    measured, lower = points + [0.0, 0.0, offset], frame.rows.at(points)
+    measured, lower = points.copy(), frame.eyes.rows_at(points)
+    more = offset + frame.eyes.disparities_at(points)
+    measured[:, 2] += more
     aligned, rows = align_rows(frame.left, frame.right, measured, lower, _ROW_LIMIT)
-    return aligned - [offset, 0, 0], rows
+    aligned[:, 0] -= more
+    return aligned, rows
 
 
 _ROW_LIMIT = 1.5  # px of disparity from what the descriptors found

@@ -21,6 +21,7 @@ from grouser.estimators.visual.matching import (
     Prediction,
     match_frames,
 )
+from grouser.estimators.visual.structure import OffsetEvidence
 from grouser.geometry import Array
 from grouser.rig import StereoCamera
 
@@ -37,7 +38,9 @@ class ImageFrontend(Frontend[StereoFrame, Keyframe]):
         noise: PixelNoise,
     ) -> None:
         self._camera = camera
-        self._stereo = StereoFrontend(options, disparity_offset=camera.disparity_offset)
+        self._stereo = StereoFrontend(
+            options, disparity_offset=camera.disparity_offset, focal=2 * camera.fx / camera.width
+        )
         self._matching = matching
         self._noise = noise
         self._last: tuple[Image, Image] | None = None
@@ -70,6 +73,10 @@ class ImageFrontend(Frontend[StereoFrame, Keyframe]):
             self._noise,
             disparity_offset=self._camera.disparity_offset,
         )
+
+    def learn(self, matches: Matches, evidence: OffsetEvidence) -> None:
+        if matches.bowed is not None:
+            self._stereo.learn_bow(evidence, matches.bowed.bow)
 
 
 def _same(before: tuple[Image, Image], now: tuple[Image, Image]) -> bool:

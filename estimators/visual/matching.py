@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grouser.estimators.visual.alignment import PLANE_RADIUS, align_plane
+from grouser.estimators.visual.bow import Bowed
 from grouser.estimators.visual.descriptor import match_around
 from grouser.estimators.visual.frontend import Keyframe, StereoFrame, align_disparities
 from grouser.geometry import Array
@@ -85,6 +86,8 @@ class Matches:
     """How many features matched before the choice."""
     shares: Array | None = None
     """(n,) what share of its pixels each has to itself (`own_shares`); None where all of them."""
+    bowed: Bowed | None = None
+    """How the disparities hang on how the eyes differ; None where they do not."""
 
 
 def match_frames(
@@ -127,12 +130,14 @@ def match_frames(
     good = np.nan_to_num(disparity) > 0
     aligned = np.column_stack([points[good, :2], disparity[good]])
     kept = settled[good]
+    eyes, before = current.eyes, reference.points_by(current.eyes)[found[kept]]
     return Matches(
-        reference.points[found[kept]],
+        before,
         aligned,
         noise.of_patches(warps[kept], place[kept, 2:]),
         candidates,
         own_shares(aligned, PATCH_REACH),
+        Bowed(eyes.bowed_at(before), eyes.bowed_at(aligned), eyes.bow),
     )
 
 

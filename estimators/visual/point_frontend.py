@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from grouser.estimators.base import Observation
 from grouser.estimators.visual.base import Frontend
 from grouser.estimators.visual.matching import Matches, MatchingOptions, Prediction, spread
+from grouser.estimators.visual.structure import OffsetEvidence
 from grouser.geometry import Array, transform
 from grouser.rig import StereoCamera
 
@@ -78,3 +79,6 @@ class PointFrontend(Frontend[PointFrame, PointFrame]):
         chosen = spread(keyframe.points[before], score, self._matching, *size)
         noise = np.tile(self._noise, (len(chosen), 1))
         return Matches(keyframe.points[before[chosen]], found[chosen], noise, len(before))
+
+    def learn(self, matches: Matches, evidence: OffsetEvidence) -> None:
+        """It is told what there is."""

@@ -157,6 +157,7 @@ class KeyframeSight(Generic[FrameT, KeyframeT]):
             noise=matches.noise,
             T_base_camera=self._camera.T_base_camera,
             camera=self._intrinsics,
+            bowed=matches.bowed,
         )
 
     def _search_prior(self, expected: Expectation, prior: MotionPrior) -> tuple[Array, Array]:

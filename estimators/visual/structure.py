@@ -4,7 +4,8 @@ A constant offset of all disparities bends the space that is seen: no rigid moti
 itself. Of points w = (u, v, d) that move by the chord c, the image grows by c d / (f B) around each
 point's vanishing direction; disparities that are off by o let even points at infinity grow, by
 c o / (f B). Motion and offset are therefore estimated together, from the same two frames, and
-neither tracks nor a known distance is needed (SPEC 1.6 with a seventh unknown).
+neither tracks nor a known distance is needed (SPEC 1.6 with a seventh unknown). An eighth is the
+bow of a pair that differs by more than its calibration says (`bow`): unsought, an offset feigns it.
 """
 
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from grouser.estimators.visual.bow import NO_BOW, Bow, Bowed
 from grouser.estimators.visual.gauss_newton import CAUCHY, GATE, LEAST_SCALE, MEDIAN_ERROR
 from grouser.estimators.visual.motion import camera_motion, measure
 from grouser.estimators.visual.prior import MotionPrior
@@ -30,6 +32,8 @@ class OffsetEvidence:
     """Measured minus true disparity, beyond what is subtracted already, px."""
     sigma: float
     """px, by how far the single points disagree; errors that neighbours share come on top"""
+    bow: Bow | None = None
+    """What these points alone say of the bow; None where they tell nothing, or none is sought."""
 
 
 def offset_of_structure(
@@ -42,6 +46,7 @@ def offset_of_structure(
     noise: Array,
     T_base_camera: Array,
     camera: Array,
+    bowed: Bowed | None = None,
 ) -> OffsetEvidence | None:
     """The offset of all disparities with which matched points fit a rigid motion best.
 
@@ -50,16 +55,20 @@ def offset_of_structure(
         motion: (6,) as refined without an offset; inliers: (n,) the points that agree with it.
         prior: of the motion; noise: (n, 6) variances of u, v, d in both frames [px^2].
         T_base_camera: (4, 4) mount; camera: (5,) from `intrinsics`.
+        bowed: how the disparities hang on the bow; left out, there is none.
 
     Returns: None where the points tell nothing: the robot stands or turns on the spot.
     """
+    bowed = bowed or Bowed(np.zeros(len(reference)), np.zeros(len(reference)), NO_BOW)
+    held = np.concatenate([prior.sigma, [np.inf, max(bowed.bow.sigma, _SURELY)]]) ** -2.0
     try:
-        offset, variance = _offset_and_motion(
+        offset, variance, bow, variance_of_bow = _offset_and_motion(
             reference[inliers],
             current[inliers],
+            np.column_stack([bowed.reference, bowed.current])[inliers],
             motion,
             prior.mean,
-            1.0 / prior.sigma**2,
+            held,
             noise[inliers],
             T_base_camera,
             camera,
@@ -69,12 +78,23 @@ def offset_of_structure(
         return None
     if not (np.isfinite(offset) and np.isfinite(variance) and 0 < variance < _NOTHING**2):
         return None
-    return OffsetEvidence(float(offset), float(np.sqrt(variance)))
+    beside = _without_prior(bow, variance_of_bow, bowed.bow)
+    return OffsetEvidence(float(offset), float(np.sqrt(variance)), beside)
+
+
+def _without_prior(change: float, variance: float, prior: Bow) -> Bow | None:
+    """The bow that points alone tell, where with the prior they change it by so much."""
+    if not 0 < variance < _TELLING * prior.sigma**2:
+        return None
+    share = 1 - variance / prior.sigma**2
+    return Bow(prior.px + change / share, float(np.sqrt(variance / share)))
 
 
 # px of sigma: no evidence. Where points hardly move (frame to frame), the offset that noise feigns
 # makes them look nearer, and so surer: what would pass a wider gate is wrong by four pixels.
 _NOTHING = 0.5
+_SURELY = 1e-6  # px: the bow is known
+_TELLING = 0.9  # of the prior's variance, and less: the points have something to say
 
 
 @kernel
@@ -90,6 +110,7 @@ def _inverse_of_spread(Jw: Array, noise: Array) -> Array:
 def _compare(
     reference: Array,
     current: Array,
+    by_bow: Array,
     corrected: Array,
     unknowns: Array,
     noise: Array,
@@ -104,16 +125,18 @@ def _compare(
     """Residuals of all points, their squared errors, Jacobians and information."""
     A, b, dA, db = camera_motion(unknowns[:6].copy(), T_base_camera)
     p, Jm, axis = np.empty(3), np.empty((3, 6)), np.array([0.0, 0.0, 1.0])
-    offset = unknowns[6] * axis
     for i in range(reference.shape[0]):
         Jw = by_point[i]
         if not measure(corrected[i], A, b, dA, db, camera, p, Jw, Jm):
             errors[i] = np.inf
             continue
-        # The corrected point is free of the offset; both measurements of it are not.
-        residual[i] = current[i] - offset - p - Jw @ (reference[i] - offset - corrected[i])
+        # The corrected point is free of offset and bow; both measurements of it are not.
+        before = (unknowns[6] + by_bow[i, 0] * unknowns[7]) * axis
+        now = (unknowns[6] + by_bow[i, 1] * unknowns[7]) * axis
+        residual[i] = current[i] - now - p - Jw @ (reference[i] - before - corrected[i])
         by_unknowns[i, :, :6] = Jm
         by_unknowns[i, :, 6] = axis - Jw[:, 2]
+        by_unknowns[i, :, 7] = by_bow[i, 1] * axis - by_bow[i, 0] * Jw[:, 2]
         information[i] = _inverse_of_spread(Jw, noise[i])
         errors[i] = residual[i] @ (information[i] @ residual[i])
 
@@ -122,28 +145,32 @@ def _compare(
 def _offset_and_motion(
     reference: Array,
     current: Array,
+    by_bow: Array,
     start: Array,
     prior_mean: Array,
-    prior_information: Array,
+    held: Array,
     noise: Array,
     T_base_camera: Array,
     camera: Array,
     rounds: int,
-) -> tuple[float, float]:
-    """Gauss-Newton on (motion, offset): the offset and its variance by the points' own spread."""
+) -> tuple[float, float, float, float]:
+    """Gauss-Newton on (motion, offset, bow): the last two, each with its variance by the points'
+    own spread. held: (8,) information of the priors; by_bow: (n, 2) of d, before and now."""
     n = reference.shape[0]
-    unknowns, corrected = np.append(start, 0.0), reference.copy()
-    residual, errors, pull = np.zeros((n, 3)), np.zeros(n), np.zeros((n, 7))
-    J, by_point, information = np.zeros((n, 3, 7)), np.zeros((n, 3, 3)), np.zeros((n, 3, 3))
-    held, variance = np.append(prior_information, 0.0), np.inf
+    unknowns, corrected = np.zeros(8), reference.copy()
+    unknowns[:6] = start
+    residual, errors, pull = np.zeros((n, 3)), np.zeros(n), np.zeros((n, 8))
+    J, by_point, information = np.zeros((n, 3, 8)), np.zeros((n, 3, 3)), np.zeros((n, 3, 3))
+    mean, variances = np.zeros(8), np.full(2, np.inf)
+    mean[:6] = prior_mean
     for step in range(rounds):
         _compare(
-            reference, current, corrected, unknowns, noise, T_base_camera, camera,
+            reference, current, by_bow, corrected, unknowns, noise, T_base_camera, camera,
             errors, residual, by_point, J, information,
         )  # fmt: skip
         scale = max(LEAST_SCALE, np.median(errors) / MEDIAN_ERROR)
         H = np.diag(held)
-        g = np.append(prior_information * (prior_mean - unknowns[:6]), 0.0)
+        g = held * (mean - unknowns)
         pull[:] = 0.0
         for i in range(n):
             if errors[i] < GATE * scale:
@@ -153,14 +180,15 @@ def _offset_and_motion(
                 g += pull[i]
         inverse = np.linalg.inv(H)
         # The first round only finds the corrected points of the motion that came in.
-        change = inverse @ g if step > 0 else np.zeros(7)
+        change = inverse @ g if step > 0 else np.zeros(8)
         unknowns += change
         for i in range(n):
             if errors[i] < GATE * scale:
                 gain = (noise[i, :3] * by_point[i]).T @ information[i]
                 corrected[i] = reference[i] + gain @ (residual[i] - J[i] @ change)
-                corrected[i, 2] -= unknowns[6]
+                corrected[i, 2] -= unknowns[6] + by_bow[i, 0] * unknowns[7]
         bread = np.linalg.inv(CURVATURE * H + np.diag((1 - CURVATURE) * held))
-        of_offset = bread[6].copy()
-        variance = ((pull @ of_offset) ** 2).sum() + (of_offset**2 * held).sum()
-    return unknowns[6], variance
+        for k in range(2):
+            row = bread[6 + k].copy()
+            variances[k] = ((pull @ row) ** 2).sum() + (row**2 * held).sum()
+    return unknowns[6], variances[0], unknowns[7], variances[1]

@@ -15,6 +15,7 @@ from grouser.estimators.visual.planar_motion import pose_motion
 from grouser.estimators.visual.prediction import MotionPredictor, TrackPredictor
 from grouser.estimators.visual.prior import ChassisPrior, MotionPrior
 from grouser.estimators.visual.sight import Expectation, KeyframeSight, Sight
+from grouser.estimators.visual.structure import OffsetEvidence
 from grouser.geometry import Array, between, compose, wrap
 from grouser.rig import TrackGeometry
 
@@ -54,6 +55,9 @@ class Poses(Frontend[At, At]):
         return frame
 
     def match(self, keyframe: At, frame: At, prediction: Prediction) -> Matches:
+        raise NotImplementedError
+
+    def learn(self, matches: Matches, evidence: OffsetEvidence) -> None:
         raise NotImplementedError
 
 

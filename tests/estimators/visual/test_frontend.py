@@ -95,35 +95,48 @@ def test_rows_may_differ_by_what_rectification_leaves_and_no_more() -> None:
     assert len(frontend.extract(*pair(12, rows=6)).points) < 0.2 * good
 
 
-def tilted_pair(corner: float) -> tuple[Image, Image]:
-    """A wall at 12 px in eyes that are yawed against each other: rows differ by `corner` px there,
-    with opposite signs in neighbouring corners."""
+def differing_pair(corner: float) -> tuple[Image, Image]:
+    """A wall at 12 px in eyes that differ by a yaw and a decentering that cancel along x: by
+    `corner` px of rows there, with opposite signs in neighbouring corners, and along y^2."""
     left = np.ascontiguousarray(IMAGE[10:230, 40:360])
-    x, y = np.meshgrid(np.arange(320.0), np.arange(220.0))
-    # A left pixel (x + 12, y) is seen at (x, y + lower).
-    lower = corner * ((x + 12 - 160) / 160) * ((y - 110) / 110)
-    places = (x + 52).astype(np.float32), (y + 10 - lower).astype(np.float32)
+    x, y = place = np.meshgrid(np.arange(320.0), np.arange(220.0))
+    yaw = corner * 160 / 110
+    for _ in range(5):  # where what is seen at the pixel is without the difference
+        x_, y_ = (x - 160) / 160, (y - 110) / 160
+        x, y = place[0] + yaw * y_**2, place[1] - yaw * x_ * y_
+    places = (x + 52).astype(np.float32), (y + 10).astype(np.float32)
     right = cv2.remap(IMAGE, *places, cv2.INTER_LINEAR)
     return left, np.asarray(right, dtype=np.uint8)
 
 
 @pytest.mark.parametrize("corner", [-2.0, 0.8, 2.0])
-def test_eyes_whose_rows_differ_are_seen_through_after_one_keyframe(corner: float) -> None:
-    """Sub-pixel disparities of slanted texture are wrong on the wrong row; and 2 px off, most
-    partners are in rows where nobody looks."""
+def test_eyes_that_differ_are_seen_through_after_one_keyframe(corner: float) -> None:
+    """Sub-pixel disparities of slanted texture are wrong on the wrong row; 2 px off, most partners
+    are in rows where nobody looks; and the difference along the rows is none of the wall's."""
     frontend = StereoFrontend(FrontendOptions(corners=400))
-    pair = tilted_pair(corner)
+    pair = differing_pair(corner)
     first = frontend.extract(*pair)
     frontend.make_keyframe(first)
     frame = frontend.extract(*pair)
-    places = np.array([[0.0, 0.0], [320.0, 0.0], [160.0, 110.0], [320.0, 220.0]])
+    places = np.array([[12, 0, 12], [332, 0, 12], [172, 110, 12], [332, 220, 12.0]])
     lower = corner * np.array([1.0, -1.0, 0.0, 1.0])
-    np.testing.assert_allclose(frame.rows.at(places), lower, atol=0.15)
+    np.testing.assert_allclose(frame.eyes.rows_at(places), lower, atol=0.15)
     assert len(frame.points) >= len(first.points)
     keyframe = frontend.make_keyframe(frame)
-    assert np.std(keyframe.points[:, 2]) < 0.06
+    assert np.std(keyframe.points[:, 2]) < 0.08
+    assert np.mean(keyframe.points[:, 2]) == pytest.approx(12, abs=0.05)
+    again = keyframe.points_by(first.eyes)[:, 2] - keyframe.points[:, 2]
+    np.testing.assert_allclose(again, keyframe.eyes.disparities_at(keyframe.points))
     frontend.reset()
     np.testing.assert_array_equal(frontend.extract(*pair).points, first.points)
+
+
+def test_eyes_as_good_as_their_calibration_are_left_alone() -> None:
+    frontend = StereoFrontend(FrontendOptions(corners=400))
+    for disparity in (12, 8, 16):
+        frontend.make_keyframe(frontend.extract(*pair(disparity)))
+    frame = frontend.extract(*pair(12))
+    assert (frame.eyes.disparities_at(frame.points) == 0).all()
 
 
 def test_after_reset_the_same_pair_gives_the_same_features() -> None:

@@ -1,8 +1,8 @@
 """On 51 frames of KITTI odometry 06, and what of the difference is the reference's own.
 
 The reference comes from an inertial system. Its first ten headings are interpolated, and all of
-its motion points 0.3 degrees beside what the cameras see, whatever they are matched with: half a
-percent of every translation.
+its motion points 0.2 degrees beside what the cameras see, whatever they are matched with: 0.4
+percent of every translation. (Before the eyes' difference was taken out, it was 0.3 degrees.)
 """
 
 from dataclasses import dataclass
@@ -78,7 +78,7 @@ def test_it_tracks_every_frame(kitti_06: Path, name: str) -> None:
 
 @pytest.mark.parametrize(
     ("quality", "percent", "of_measured"),
-    [("fast", 0.72, 0.64), ("standard", 0.68, 0.62), ("high", 0.68, 0.62)],
+    [("fast", 0.63, 0.54), ("standard", 0.63, 0.54), ("high", 0.63, 0.55)],
 )
 def test_one_point_drifts_little_in_space(
     kitti_06: Path, quality: str, percent: float, of_measured: float
@@ -93,7 +93,7 @@ def test_one_point_drifts_little_in_space(
 
 def test_one_point_drifts_little_on_the_plane(kitti_06: Path) -> None:
     on_the_plane = replayed(kitti_06, "one-point-ransac").on_the_plane()
-    assert on_the_plane.translation_percent <= 0.62
+    assert on_the_plane.translation_percent <= 0.5
     assert on_the_plane.rotation_deg_per_m <= 0.014
 
 
@@ -110,12 +110,12 @@ def test_the_paper_s_form_drifts_little_on_the_plane(kitti_06: Path) -> None:
 
 
 def test_what_is_left_is_one_turn_between_the_reference_and_the_cameras(kitti_06: Path) -> None:
-    """Turned by 0.3 degrees, once and for all frames, the reference agrees to 0.2 percent."""
+    """Turned by 0.2 degrees, once and for all frames, the reference agrees to 0.2 percent."""
     run = replayed(kitti_06, "one-point-ransac")
     truth, poses = run.true_3d[INTERPOLATED:], run.poses_3d[INTERPOLATED:]
     seen, said = direction(poses), direction(truth)
     turn = np.cross(said, seen)
-    assert np.degrees(np.linalg.norm(turn)) == pytest.approx(0.3, abs=0.05)
+    assert np.degrees(np.linalg.norm(turn)) == pytest.approx(0.22, abs=0.05)
     X = transform(so3_exp(turn), np.zeros(3))
     assert drifted(X @ truth @ inverse_transform(X), poses).translation_percent <= 0.3
 
@@ -133,9 +133,9 @@ def test_the_reference_itself_could_not_drift_less_than_the_cameras_disagree_wit
     best[: INTERPOLATED + 2] = seen[: INTERPOLATED + 2]
     best[: INTERPOLATED + 2, :3, 3] *= lengths(truth, seen)[: INTERPOLATED + 2, None]
     floor = drifted(run.true_3d, composed(best))
-    assert floor.translation_percent > 0.6
+    assert floor.translation_percent > 0.5
     assert floor.rotation_deg_per_m > 0.0125
-    assert run.in_space().translation_percent < floor.translation_percent + 0.06
+    assert run.in_space().translation_percent < floor.translation_percent + 0.1
 
 
 def increments(poses: Array) -> Array:
@@ -165,8 +165,8 @@ def test_the_eyes_rows_differ_by_more_than_half_a_pixel_and_it_is_found(
     observation, _ = env.reset()
     frontend = StereoFrontend(FrontendOptions())
     height, width = observation["left"].shape[:2]
-    place = np.array([[0.1 + 0.8 * corner, 0.1]]) * [width, height]
-    lower = []
+    place = np.array([[0.1 + 0.8 * corner, 0.1, 0.0]]) * [width, height, 0]
+    lower, more = [], []
     for _half in range(2):
         frontend.reset()
         for _ in range(20):
@@ -175,9 +175,25 @@ def test_the_eyes_rows_differ_by_more_than_half_a_pixel_and_it_is_found(
                 grey(observation["left"], "left"), grey(observation["right"], "right")
             )
             frontend.make_keyframe(frame)
-        lower.append(frame.rows.at(place)[0])
+        lower.append(frame.eyes.rows_at(place)[0])
+        more.append(frame.eyes.disparities_at(place)[0])
     assert abs(lower[0] - lower[1]) < 0.1
     assert lower[0] * (1 - 2 * corner) > 0.5
+    assert abs(more[0] - more[1]) < 0.15
+
+
+@pytest.mark.parametrize("quality", ["standard", "high"])
+def test_without_the_eyes_difference_matches_are_as_noisy_as_they_are_taken_to_be(
+    kitti_06: Path, quality: str
+) -> None:
+    """With it they were by half noisier: their disparities are bent. What is left of it at the end
+    is a constant, which is told of."""
+    estimates = replayed(kitti_06, "one-point-ransac", quality=quality).estimates
+    ratios = [estimate.diagnostics["noise_ratio"] for estimate in estimates[10:]]
+    assert np.mean(ratios) < 1.25
+    told = estimates[-1].diagnostics
+    assert told["disparity_suspect"] == 1.0
+    assert told["disparity_offset_px"] == pytest.approx(-0.18, abs=0.05)
 
 
 def direction(poses: Array) -> Array:

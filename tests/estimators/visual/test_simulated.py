@@ -30,9 +30,9 @@ def rollouts() -> list[Rollout]:
     return [drive(seed=seed, steps=STEPS, speed=0.5) for seed in SEEDS]
 
 
-def drive(*, seed: int, steps: int, speed: float) -> Rollout:
-    """A winding one; speed: a share of the top speed."""
-    env = gym.make("grouser/TrackedRobot-v0", sensors=("left", "right", "tracks"))
+def drive(*, seed: int, steps: int, speed: float, **options: Any) -> Rollout:
+    """A winding one; speed: a share of the top speed; options: of the environment."""
+    env = gym.make("grouser/TrackedRobot-v0", sensors=("left", "right", "tracks"), **options)
     shown, info = env.reset(seed=seed)
     observations, poses = [shown], [info["true_pose"]]
     for k in range(steps):
@@ -98,6 +98,34 @@ def test_a_tenth_of_a_pixel_is_noticed_within_four_metres() -> None:
             said = told(rollout, offset, tracks=True)
             assert said["disparity_suspect"] == float(offset > 0)
             assert said["disparity_offset_px"] == pytest.approx(offset, abs=0.06)
+
+
+def test_an_eye_that_was_knocked_up_costs_next_to_nothing() -> None:
+    """Rows then differ by a pixel, and disparities by a third of one in the corners."""
+    knocked = {"stereo.miscalibration": 0.004}
+    errors, run_nees = [], []
+    for seed in (1, 4, 5):
+        rollout = drive(seed=seed, steps=250, speed=0.45, world="orchard", effects=knocked)
+        estimator = make("one-point-ransac", rollout.rig)
+        estimator.reset(rollout.observations[0], rng=np.random.default_rng(0))
+        last = [estimator.update(o) for o in rollout.observations[1:]][-1]
+        truth = rollout.truths[-1:]
+        errors.append(np.hypot(*between(truth[0], last.pose)[:2]))
+        run_nees.append(nees(truth, last.pose[None], last.covariance[None])[0])
+    assert np.mean(errors) < 0.006
+    assert np.mean(run_nees) < mean_bounds(3, confidence=0.998)[1]
+
+
+def test_eyes_that_were_knocked_apart_are_found_to_be() -> None:
+    """By a yaw, which shifts all disparities, and bends them, which is not taken for a shift."""
+    yaw = 0.004
+    for seed in (0, 1):
+        effects = {"stereo.miscalibration_yaw": yaw}
+        rollout = drive(seed=seed, steps=100, speed=0.5, effects=effects)
+        said, camera = told(rollout, 0.0, tracks=True), rollout.rig.stereo
+        assert camera is not None
+        assert said["disparity_suspect"] == 1.0
+        assert said["disparity_offset_px"] == pytest.approx(-yaw * camera.fx, abs=0.03)
 
 
 @pytest.mark.parametrize("tracks", [True, False])
