@@ -124,6 +124,8 @@ class RelativeFilter:
         self._trust = TrackTrust()
         covariance = np.diag(np.concatenate([np.zeros(3), every.sigmas**2]))
         self.keyframe = FilterState(np.zeros(3), np.zeros(len(every)), covariance)
+        self._at_start = covariance.copy()
+        self._at_start[-1] = 0.0  # slip says nothing of the cameras
 
     def of_predictor(self) -> tuple[Array, Array]:
         """The predictor's constant errors (n,) as estimated, and their covariance (n, n)."""
@@ -193,19 +195,28 @@ class RelativeFilter:
         return Fused(FilterState(pose, start.biases, covariance), np.nan, False)
 
     def fuse(self, predicted: Accumulated, measured: RelativePose) -> Fused:
-        """Both; where they disagree beyond the gate the tracks slipped, and vision wins."""
+        """Both; where they disagree beyond the gate the tracks slipped, and vision wins.
+
+        Slip goes on or stops: the predictor's constant errors may from now on be any others.
+        """
         fused = self._update(predicted, measured)
         if fused.nis <= SLIP_GATE:
             return fused
-        followed = self.follow(measured, predicted.frames)
-        return Fused(followed.state, fused.nis, True, fused.innovation)
+        followed = self._with_other_errors(self.follow(measured, predicted.frames).state)
+        return Fused(followed, fused.nis, True, fused.innovation)
 
     def believe(self, fused: Fused, measured: RelativePose, frames: int) -> None:
         """This fusion, so many frames after the keyframe, is right: so good are the tracks."""
+        if fused.slipped:  # and what they say of the whole way since the keyframe is as wrong
+            self.keyframe = self._with_other_errors(self.keyframe)
         seen = fused.innovation
         if seen is not None:
             noise = float(seen.of_prediction[2, 2]), float(measured.covariance[2, 2])
             self._trust.watch(frames, float(seen.error[2]), *noise)
+
+    def _with_other_errors(self, state: FilterState) -> FilterState:
+        """The state where the predictor's constant errors are less sure by what they may be."""
+        return replace(state, covariance=state.covariance + self._at_start)
 
     def _update(self, predicted: Accumulated, measured: RelativePose) -> Fused:
         keyframe = self.keyframe

@@ -146,6 +146,39 @@ def test_what_the_light_tells_of_the_dark_is_honest() -> None:
     assert 0.7 * said < turned < 1.15 * said
 
 
+def after_another_ground(rng: np.random.Generator) -> Outcome:
+    """Straight on, where the tracks' constant errors change once by three sigmas; from then on,
+    three keyframes in four are seen badly."""
+    kalman, truth, keyframe = make(offset=0.0), np.zeros(3), np.zeros(3)
+    biases, since, du = np.zeros(5), nothing_yet(ERRORS), np.array([0.05, 0.05])
+    for frame in range(1, 97):
+        if frame == 40:
+            biases[:4] = 3 * SIGMAS[:4] * rng.choice([-1, 1], 4)
+        truth = compose(truth, true_step(rng, du, biases))
+        since = since.then(PREDICTOR.predict({"tracks": du}, kalman.of_predictor()[0]))
+        badly = frame > 40 and (frame // 6) % 4 > 0
+        noise = (100.0 if badly else 1.0) * VISION
+        pose = between(keyframe, truth) + np.sqrt(np.diag(noise)) * rng.normal(size=3)
+        seen = RelativePose(pose, noise, np.zeros(3))
+        fused = kalman.fuse(since, seen)
+        kalman.believe(fused, seen, since.frames)
+        if frame % 6 == 0:
+            kalman.commit(fused)
+            keyframe, since = truth, nothing_yet(ERRORS)
+    error = truth - kalman.keyframe.pose
+    error[2] = wrap(error[2])
+    return Outcome(error, biases - kalman.keyframe.biases, kalman.keyframe.covariance)
+
+
+def test_tracks_that_slipped_are_no_measure_until_they_are_seen_to_be_one() -> None:
+    outcomes = [after_another_ground(rng) for rng in np.random.default_rng(3).spawn(60)]
+    nees = [o.pose_error @ np.linalg.solve(o.covariance[:3, :3], o.pose_error) for o in outcomes]
+    assert 2.0 < np.mean(nees) < 5.0
+    side = np.array([o.bias_error[3] for o in outcomes])
+    said = np.sqrt([o.covariance[6, 6] for o in outcomes])
+    assert np.sqrt(np.mean(side**2)) < SIGMAS[3] and np.mean((side / said) ** 2) < 3.0
+
+
 def test_accumulation_is_composition_with_derivatives_by_the_biases() -> None:
     total, h = predicted(20, start=20), 1e-6
     pose = np.zeros(3)
