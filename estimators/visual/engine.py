@@ -241,8 +241,13 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         """Back at the keyframe, from where the increment leads; and where that was expected."""
         assert self._rng is not None
         expected = self._expect(increment)
-        prior = self._believe()
-        return self._sight.look(self._keyframe, frame, expected, prior, self._rng), expected
+        of_interest = self._keyframe, frame, expected, self._believe(), self._rng
+        sight = self._sight.look(*of_interest)
+        if sight.motion is not None and self._rule.sees_little(sight):
+            # Where tracks slip, what is sought where they lead is found there by chance.
+            around = self._sight.look_around(*of_interest)
+            sight = max(sight, around, key=lambda s: s.diagnostics["inliers"])
+        return sight, expected
 
     def _expect(self, increment: Increment) -> Expectation:
         """Takes the increment into the filter's prediction, and says where to search."""

@@ -131,17 +131,43 @@ class KeyframeSight(Generic[FrameT, KeyframeT]):
         predicted = time.perf_counter()
         sight = self._try(keyframe, frame, prediction, prior, rng)
         sight.diagnostics["ms_matching"] += 1e3 * (predicted - started)
-        width = self._width(prediction)
         if sight.motion is None:
-            # Tracks that slip lead the search astray, and a kerb tilts the robot as no ground does.
-            width, prior = np.inf, prior.widened(_ASTRAY)
-            astray = self._predict(keyframe, mean, covariance + np.diag(_ASTRAY**2))
-            sight = self._try(keyframe, frame, astray, prior, rng)
-        if width > _WIDE_SEARCH and sight.motion is not None:
-            narrow = self._predict(keyframe, sight.motion, sight.covariance)
-            again = self._try(keyframe, frame, narrow, prior, rng)
-            sight = again if again.motion is not None else sight
+            return self.look_around(keyframe, frame, expected, prior, rng)
+        if self._width(prediction) > _WIDE_SEARCH:
+            return self._look_closer(keyframe, frame, sight, prior, rng)
         return sight
+
+    def look_around(
+        self,
+        keyframe: KeyframeT,
+        frame: FrameT,
+        expected: Expectation,
+        prior: MotionPrior,
+        rng: np.random.Generator,
+    ) -> Sight:
+        """The same by a wide search, where the robot is not as expected: tracks that slip lead the
+        search astray, and a kerb tilts the robot as no ground does."""
+        mean, covariance = self._search_prior(expected, prior)
+        astray = self._predict(keyframe, mean, covariance + np.diag(_ASTRAY**2))
+        prior = prior.widened(_ASTRAY)
+        sight = self._try(keyframe, frame, astray, prior, rng)
+        if sight.motion is None:
+            return sight
+        return self._look_closer(keyframe, frame, sight, prior, rng)
+
+    def _look_closer(
+        self,
+        keyframe: KeyframeT,
+        frame: FrameT,
+        sight: Sight,
+        prior: MotionPrior,
+        rng: np.random.Generator,
+    ) -> Sight:
+        """The motion again, sought where a wide search found it."""
+        assert sight.motion is not None
+        narrow = self._predict(keyframe, sight.motion, sight.covariance)
+        again = self._try(keyframe, frame, narrow, prior, rng)
+        return again if again.motion is not None else sight
 
     def disparity_offset(self, sight: Sight) -> OffsetEvidence | None:
         """What its points say of an offset of all disparities; None where they say nothing."""
