@@ -7,7 +7,7 @@ one. And where the ground bends, the load wanders between the shoes and the cent
 it, for about as far as the robot is long.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -102,7 +102,33 @@ def slip_covariance(
 
 def unknown_covariance(turn: float, width: float, options: SlopeOptions) -> Array:
     """(3, 3) of the slip and the creep on a slope that nothing tells; `turn` [rad], `width` [m]."""
-    sine_squared = options.unknown**2
+    return steep_covariance(turn, options.unknown**2, width, options)
+
+
+def on_steep(
+    increment: Increment, vertical: Array, width: float, options: SlopeOptions
+) -> Increment:
+    """An increment less sure by what it slips and creeps on a slope that is roughly known.
+
+    Args:
+        vertical: (3,) up as the robot sees it, by a pose in space that drifts.
+        width: the effective one, m.
+    """
+    steepness = float(vertical[:2] @ vertical[:2])
+    slip = steep_covariance(float(increment.pose[2]), steepness, width, options)
+    return replace(increment, covariance=increment.covariance + slip)
+
+
+def steep_covariance(
+    turn: float, sine_squared: float, width: float, options: SlopeOptions
+) -> Array:
+    """(3, 3) of the slip and the creep on a slope of which only the steepness is known.
+
+    Args:
+        turn: rad
+        sine_squared: of the slope.
+        width: the effective one, m.
+    """
     covariance = slip_covariance(turn, sine_squared, 0.0, width, options)
     crept = (width * options.creep_turning) ** 2 * sine_squared
     covariance[:2, :2] += np.eye(2) * crept * options.unknown_for * abs(turn)

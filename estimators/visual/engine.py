@@ -92,6 +92,15 @@ def _nobody(leg: Leg) -> None:
     """Nobody wants to know."""
 
 
+OnSlope = Callable[[Increment, Array], Increment]
+"""What a slope makes of a measured increment, given up (3,) as the robot was last seen to lean."""
+
+
+def as_on_level(increment: Increment, vertical: Array) -> Increment:
+    """It makes nothing of it."""
+    return increment
+
+
 class KeyframeOdometry(Generic[FrameT, KeyframeT]):
     """The pose since the first observation, from what is seen of the last keyframe.
 
@@ -111,13 +120,16 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         rule: KeyframeRule,
         lost_after: float,
         on_keyframe: OnKeyframe = _nobody,
+        on_slope: OnSlope = as_on_level,
     ) -> None:
         """
         Args:
             mount_sigma: (6,) how well the camera's place on the robot is known.
             lost_after: s.
             on_keyframe: called with every leg, for whoever calibrates.
+            on_slope: what a slope makes of what the predictor measured.
         """
+        self._on_slope = on_slope
         self._on_keyframe = on_keyframe
         self._frontend = frontend
         self._sight = sight
@@ -231,11 +243,15 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         return LastSight(np.zeros(3), self._keyframe_pose_3d, self._predicted)
 
     def _seen_here(self, relative: Array, pose_3d: Array, fused: Fused) -> LastSight:
-        return LastSight(relative, pose_3d, nothing_yet(self._predictor.errors), fused.state)
+        nothing = nothing_yet(self._predictor.errors)
+        return LastSight(relative, pose_3d.copy(), nothing, fused.state)
 
     def _predict(self, observation: Observation) -> Increment:
         biases, _ = self._filter.of_predictor()
-        return self._predictor.predict(observation, biases)
+        increment = self._predictor.predict(observation, biases)
+        if not increment.measured:  # a guess is uncertain enough
+            return increment
+        return self._on_slope(increment, self._last_sight.vertical)
 
     def _look(self, frame: FrameT, increment: Increment) -> tuple[Sight, Expectation]:
         """Back at the keyframe, from where the increment leads; and where that was expected."""

@@ -27,6 +27,11 @@ class LastSight:
     state: FilterState | None = None
     """None where it is that at the keyframe"""
 
+    @property
+    def vertical(self) -> Array:
+        """(3,) up as seen by the robot, were it level at the start."""
+        return self.pose_3d[2, :3]
+
     def then(self, increment: Increment) -> "LastSight":
         """One more increment later."""
         return replace(self, since=self.since.then(increment))

@@ -9,9 +9,15 @@ import numpy as np
 from grouser.checks import require_at_least, require_positive_options
 from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator
 from grouser.estimators.icr_predictor import IcrOptions, IcrPredictor
+from grouser.estimators.slope import SlopeOptions, on_steep
 from grouser.estimators.track_motion import SideSlip, TrackNoise
 from grouser.estimators.visual.base import Frontend
-from grouser.estimators.visual.engine import FilterFactory, KeyframeOdometry
+from grouser.estimators.visual.engine import (
+    FilterFactory,
+    KeyframeOdometry,
+    OnSlope,
+    as_on_level,
+)
 from grouser.estimators.visual.frontend import FEATURES, FrontendOptions
 from grouser.estimators.visual.fusion import RelativeFilter
 from grouser.estimators.visual.image_frontend import ImageFrontend
@@ -191,6 +197,7 @@ class VisualOdometry(PoseEstimator):
             mount_sigma=camera.mount_sigma,
             rule=replace(rule, frames=1) if frame_to_frame else rule,
             lost_after=lost_after,
+            on_slope=_on_slope(rig.tracks),
         )
         self._engine = LateImages(odometry, make_predictor, dt=rig.dt, lost_after=lost_after)
 
@@ -214,6 +221,13 @@ def _make_solver(name: str, camera: StereoCamera, turn_error: str) -> MotionSolv
     if name != "one-point":
         raise ValueError(f"turn_error={turn_error!r} is for solver 'one-point', not for {name!r}")
     return OnePointRansac(camera, turn_error=turn_error)
+
+
+def _on_slope(tracks: TrackGeometry | None) -> OnSlope:
+    """Tracks slip there, and creep; what no track measured is uncertain enough."""
+    if tracks is None:
+        return as_on_level
+    return partial(on_steep, width=tracks.effective_width, options=SlopeOptions())
 
 
 def _make_predictor(

@@ -7,6 +7,7 @@ from grouser.estimators.inclination import levelling
 from grouser.estimators.slope import (
     SlopeOptions,
     on_slope,
+    on_steep,
     slip_covariance,
     unknown_covariance,
 )
@@ -109,6 +110,22 @@ def test_a_slope_that_nothing_tells_makes_a_robot_creep_in_a_direction_that_noth
     # Held for a time that ends at random, it lasts twice as long as on average: hence the 2.
     assert 2 * np.var(crept, axis=0) == pytest.approx(np.diag(told)[:2], rel=0.1)
     assert told[2, 2] == 0.0
+
+
+@pytest.mark.parametrize("tilt", TILTS)
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_a_slope_that_is_roughly_known_makes_unsure_however_it_lies(
+    motion: tuple[float, float, float], tilt: tuple[float, float]
+) -> None:
+    """As one that nothing tells does, of which it is known how steep slopes are."""
+    level, up = increment(np.array(motion)), vertical(*tilt)
+    steep = on_steep(level, up, 0.6, SlopeOptions())
+    assert np.array_equal(steep.pose, level.pose) and steep.by_biases is level.by_biases
+    told = SlopeOptions(unknown=float(np.sqrt(1 - up[2] ** 2)))
+    expected = unknown_covariance(motion[2], 0.6, told)
+    assert steep.covariance - level.covariance == pytest.approx(expected, abs=1e-15)
+    same = on_steep(level, np.array([0.0, 0.0, 1.0]), 0.6, SlopeOptions())
+    assert np.array_equal(same.covariance, level.covariance)
 
 
 def test_options_out_of_range_are_refused() -> None:

@@ -10,11 +10,13 @@ import pytest
 
 from grouser.estimators import PoseEstimate, Status, make
 from grouser.estimators.base import Observation
+from grouser.estimators.slope import on_steep
 from grouser.estimators.synthetic_drive import RIG, Drive, synthetic_drive
 from grouser.estimators.visual import solvers
 from grouser.estimators.visual.image_frontend import ImageFrontend
 from grouser.estimators.visual.odometry import VisualOdometry
 from grouser.estimators.visual.paper_form import PaperForm
+from grouser.estimators.visual.prediction import Increment
 from grouser.geometry import Array, between, project, wrap
 from grouser.rig import Rig
 
@@ -206,6 +208,28 @@ def test_the_dark_goes_on_from_where_the_robot_was_last_seen() -> None:
     assert np.abs(before.pose_3d[:2, 2]).max() > 1e-6
     first, whole = (np.diag(e.covariance - before.covariance) for e in (dark, last))
     assert (0 < first).all() and (first < 0.4 * whole).all()
+
+
+def test_tracks_are_less_sure_on_the_slope_that_was_last_seen(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    verticals: list[Array] = []
+
+    def spied(increment: Increment, vertical: Array, **options: Any) -> Increment:
+        verticals.append(vertical.copy())
+        return on_steep(increment, vertical + [steepness, 0.0, 0.0], **options)
+
+    monkeypatch.setattr("grouser.estimators.visual.odometry.on_steep", spied)
+    room, sigmas, steepness = drive(16, range(9, 16)), [], 0.0
+    for steepness in (0.0, 0.1):  # noqa: B007
+        estimates = run(room.observations)
+        sigmas.append(np.sqrt(np.diag(estimates[-1].covariance)))
+    assert (sigmas[1] > 1.1 * sigmas[0]).all()
+    seen = np.array([e.pose_3d[2, :3] for e in estimates if e.pose_3d is not None])
+    given = np.array(verticals[-15:])
+    np.testing.assert_allclose(given[:9], seen[:9], atol=1e-12)
+    steep_in_the_dark = np.hypot(*given[9:, :2].T)
+    np.testing.assert_allclose(steep_in_the_dark, np.hypot(*seen[8, :2]), rtol=1e-6)
 
 
 def test_a_scale_error_of_the_tracks_is_found_before_it_is_needed() -> None:
