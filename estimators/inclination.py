@@ -68,7 +68,8 @@ class Inclination:
         self._P = np.diag([start, start, self._options.bias_sigma, self._options.bias_sigma]) ** 2
         self._read_at = stamp_of("imu", observation)
         self._late = False
-        self._speed = 0.0
+        self._shown_at = float(observation["stamp"][0])
+        self._way = self._driven_for = self._speed = 0.0
         self.tilted = 0.0
         """rad, by which the robot tilted since the last reading: it turned so far about x and y."""
 
@@ -107,6 +108,10 @@ class Inclination:
         imu = np.asarray(observation["imu"], dtype=np.float64)
         self._late = now - read_at > max(duration, SAME_TIME) / 2
         self.tilted = 0.0
+        if increment is not None:
+            self._way += float(increment[0])
+            self._driven_for += now - self._shown_at
+        self._shown_at = now
         if duration <= SAME_TIME:
             return
         self._read_at = read_at
@@ -114,7 +119,7 @@ class Inclination:
             self._P[:2, :2] += np.eye(2) * (_UNSEEN * duration) ** 2
             return
         self.tilted = float(np.hypot(*(imu[3:5] - self._mean[2:]))) * duration
-        ahead, across = self._acceleration(increment, float(imu[5]), duration)
+        ahead, across = self._acceleration(float(imu[5]), duration)
         options, sigma = self._options, self._imu
         _turn(self._mean, self._P, imu, duration, sigma.sigma_rate, options.bias_walk)
         _feel(
@@ -130,12 +135,13 @@ class Inclination:
         x, y = self._mean[:2].tolist()
         return np.array([x, y, math.sqrt(max(1 - x * x - y * y, _FLAT))])
 
-    def _acceleration(
-        self, increment: Array | None, turn_rate: float, dt: float
-    ) -> tuple[float, float]:
-        """Of the robot, ahead and across, m/s^2: by its speed and by how it turns."""
+    def _acceleration(self, turn_rate: float, dt: float) -> tuple[float, float]:
+        """Of the robot since the last reading, dt [s] ago, ahead and across, m/s^2: by how its
+        speed changed since the reading before, and by how it turns."""
         before = self._speed
-        self._speed = before if increment is None else float(increment[0]) / dt
+        if self._driven_for > SAME_TIME:
+            self._speed = self._way / self._driven_for
+        self._way = self._driven_for = 0.0
         return (self._speed - before) / dt, self._speed * turn_rate
 
 

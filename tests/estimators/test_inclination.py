@@ -79,6 +79,29 @@ def test_what_the_motion_tells_is_no_tilt() -> None:
         assert up is not None and least <= np.degrees(np.linalg.norm(up[2, :2])) <= most
 
 
+@pytest.mark.parametrize("every", [1, 3])
+def test_the_motion_between_two_readings_is_all_that_was_driven_meanwhile(every: int) -> None:
+    """Between rest and 1.5 m/s and back in 8 s, with a unit that is read at every frame or seldom,
+    and tells the mean since it was read last."""
+
+    def speed(time: float) -> float:
+        return 0.75 - 0.75 * math.cos(2 * math.pi * time / 8)
+
+    inclination, read_at, felt, worst = standing(), 0.0, LEVEL, 0.0
+    for k in range(1, 241):
+        now = DT * k
+        if k % every == 0:
+            change = (speed(now) - speed(read_at)) / (now - read_at)
+            read_at, felt = now, LEVEL + [change, 0.0, 0.0, 0.0, 0.0, 0.0]
+        way = DT * speed(now - DT / 2)
+        inclination.follow(shown(k, felt, read_at), np.array([way, 0.0, 0.0]))
+        if read_at == now:
+            up = inclination.levelling
+            assert up is not None
+            worst = max(worst, float(np.degrees(np.linalg.norm(up[2, :2]))))
+    assert worst < 0.6
+
+
 def test_who_hears_nothing_knows_less_and_then_nothing() -> None:
     dead = standing()
     for k in range(1, 3):
