@@ -5,7 +5,7 @@ keyframe, their errors and the pose's would be the same error, and who finds the
 would move the other by as much.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -34,7 +34,7 @@ class LastSight:
 
     def then(self, increment: Increment) -> "LastSight":
         """One more increment later."""
-        return replace(self, since=self.since.then(increment))
+        return LastSight(self.pose, self.pose_3d, self.since.then(increment), self.state)
 
     def level(self) -> Array:
         """(3,) what its tilt adds to the way since."""
