@@ -125,7 +125,7 @@ class CoupledOdometry:
         ahead = copy.copy(self)
         ahead._filter, ahead._predictor = copy.deepcopy((self._filter, self._predictor))
         assert ahead._filter is not None
-        ahead._filter.state = self._fused.state
+        ahead._filter.resume(self._fused.state)
         for observation in observations:
             heard = ahead.pass_by(observation)
             status = ahead._status(float(observation["stamp"][0]), heard)

@@ -6,7 +6,8 @@ biases are the constant errors of the predictor, then the gyroscope's bias [rad/
 cameras' disparity offset [px].
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -66,7 +67,8 @@ class JointFilter:
     """Predicts, hears gyroscope and receiver, and looks at relative poses.
 
     What is heard stays. A relative pose is of the keyframe, whose errors all of them share: so each
-    gives an estimate of its own, `fuse`, and only the one that `commit` is called with stays.
+    gives an estimate of its own, `fuse`, and only the one that `commit` is called with stays. The
+    last one is led on by what is predicted and heard: where no other comes, it is what is known.
     """
 
     def __init__(
@@ -89,7 +91,7 @@ class JointFilter:
 
     def reset(self, observation: Observation) -> None:
         """Start at pose zero with the first observation."""
-        self.state = JointState.at_start(self._every.sigmas)
+        self.state = self._last = JointState.at_start(self._every.sigmas)
         self._rejected, self._disbelieved, self._turned = 0, 0, False
         if self._gyro:
             self._gyro.reset(observation)
@@ -111,7 +113,14 @@ class JointFilter:
 
     def predict(self, increment: Increment) -> None:
         """One increment on."""
-        self.state = self.state.then(increment).wandered(self._every.walks)
+        biases, _ = self.of_predictor()
+
+        def on(state: JointState) -> JointState:
+            changed = increment.by_biases @ (state.biases[: len(biases)] - biases)
+            known = replace(increment, pose=increment.pose + changed)
+            return state.then(known).wandered(self._every.walks)
+
+        self._change(on)
 
     def hear(self, observation: Observation, *, blind: bool) -> Heard:
         """Take the turn and the fix of an observation into account, where there are new ones.
@@ -144,7 +153,8 @@ class JointFilter:
         nis = self.state.nis(measurement)
         slipped = nis > SLIP_GATE
         state = self.state.doubted(_SLIP_INFLATION) if slipped else self.state
-        return JointFused(state.corrected(measurement), nis, slipped)
+        self._last = state.corrected(measurement)
+        return JointFused(self._last, nis, slipped)
 
     def _sees(self, seen: RelativePose) -> Measurement:
         by_biases = np.zeros((3, len(self._every)))
@@ -152,25 +162,33 @@ class JointFilter:
         return self.state.sees_relative(seen.pose, seen.covariance, by_biases)
 
     def coast(self) -> JointFused:
-        """Without one."""
-        return JointFused(self.state, np.nan, False)
+        """Without one: the last estimate, led on."""
+        return JointFused(self._last, np.nan, False)
+
+    def resume(self, state: JointState) -> None:
+        """An estimate made earlier is the last one."""
+        self.state = self._last = state
 
     def commit(self, fused: JointFused) -> None:
         """The pose now becomes the keyframe."""
-        self.state = fused.state.with_keyframe()
+        self.state = self._last = fused.state.with_keyframe()
+
+    def _change(self, changed: Callable[[JointState], JointState]) -> None:
+        """What is predicted or heard changes the state since the keyframe and the last estimate."""
+        alone = self._last is self.state
+        self.state = changed(self.state)
+        self._last = self.state if alone else changed(self._last)
 
     def _hear_turn(self, gyro: Gyro, observation: Observation) -> float:
         turn, nis = gyro.read(observation), np.nan
         if turn is not None:
             by_biases = np.zeros(len(self._every))
             by_biases[self._predicted] = turn.duration
-            measurement = self.state.sees_turn(turn.angle, turn.variance, by_biases)
-            nis = self.state.nis(measurement)
-            if nis > TURN_GATE:
-                self.state = self.state.doubted(_SLIP_INFLATION)
-            self.state = self.state.corrected(measurement)
+            seen = turn.angle, turn.variance, by_biases
+            nis = self.state.nis(self.state.sees_turn(*seen))
+            self._change(lambda state: _with_turn(state, *seen))
         if gyro.fresh:
-            self.state = self.state.with_mark()
+            self._change(JointState.with_mark)
         return nis
 
     def _hear_fix(self, fixes: PositionFixes, observation: Observation, blind: bool) -> float:
@@ -181,8 +199,21 @@ class JointFilter:
         nis = self.state.nis(measurement)
         self._rejected = 0 if nis <= POSITION_GATE else self._rejected + 1
         if blind and self._rejected >= _BELIEVED_AT_LAST:
-            self.state = self.state.displaced(float(np.linalg.norm(measurement.innovation)))
+            off = float(np.linalg.norm(measurement.innovation))
+            self._change(lambda state: state.displaced(off))
             self._rejected, nis = 0, self.state.nis(measurement)
-        if nis <= POSITION_GATE:
-            self.state = self.state.corrected(measurement)
+        self._change(lambda state: _with_fix(state, fix.position, fixes.sigma))
         return nis
+
+
+def _with_turn(state: JointState, turn: float, variance: float, by_biases: Array) -> JointState:
+    """With a gyroscope's turn; beyond the gate the prediction slipped."""
+    measurement = state.sees_turn(turn, variance, by_biases)
+    doubted = state.nis(measurement) > TURN_GATE
+    return (state.doubted(_SLIP_INFLATION) if doubted else state).corrected(measurement)
+
+
+def _with_fix(state: JointState, position: Array, sigma: float) -> JointState:
+    """With a satellite fix, unless it is beyond the gate."""
+    measurement = state.sees_position(position, sigma)
+    return state.corrected(measurement) if state.nis(measurement) <= POSITION_GATE else state

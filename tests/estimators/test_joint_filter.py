@@ -66,6 +66,30 @@ def test_without_a_turn_that_was_felt_nothing_is_disbelieved() -> None:
     assert not joint.disbelieves(turned, alone=True) and joint.fuse(turned).slipped
 
 
+def test_what_was_seen_since_the_keyframe_is_known_when_nothing_more_is_seen() -> None:
+    """A prediction that knows nothing, a sight that is sure, and frames without one: as if the
+    keyframe had been the frame of the sight."""
+    guess = Increment(np.array([0.2, 0.0, 0.1]), np.diag([0.5, 0.5, 0.5]) ** 2, np.zeros((3, 0)))
+    seen = RelativePose(np.array([0.05, 0.01, 0.02]), np.diag([1e-3] * 3) ** 2, np.zeros(3))
+    going_on, anew = started(), started()
+    for joint in (going_on, anew):
+        joint.predict(guess)
+        joint.hear(shown(1, rate=0.2), blind=True)
+        fused = joint.fuse(seen)
+        if joint is anew:
+            joint.commit(fused)
+        for step in range(2, 5):
+            joint.predict(FORWARD)
+            joint.hear(shown(step), blind=True)
+    one, other = going_on.coast().state, anew.coast().state
+    np.testing.assert_allclose(one.pose, other.pose, atol=1e-9)
+    np.testing.assert_allclose(one.pose_covariance, other.pose_covariance, atol=1e-12)
+    assert np.hypot(*(one.pose[:2] - [0.2, 0.013])) < 1e-3
+    assert np.sqrt(one.pose_covariance.trace()) < 5e-3
+    going_on.commit(going_on.coast())
+    np.testing.assert_array_equal(going_on.state.relative, np.zeros(3))
+
+
 def test_a_fix_beyond_the_gate_changes_nothing_while_vision_tracks() -> None:
     joint = started()
     for step in range(1, 9):
