@@ -152,12 +152,13 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         clock.extracted = time.perf_counter()
         increment = self._predict(observation)
         sight, expected = self._look(frame, increment)
-        if self._before is not None and self._rule.sees_little(sight):
+        few = self._rule.sees_little(sight)
+        if few and self._before is not None:
             increment = self._compare_with_the_frame_before(self._before, increment)
             sight, expected = self._look(frame, increment)
+            few = self._rule.sees_little(sight)
         clock.looked = time.perf_counter()
         stamp = float(observation["stamp"][0])
-        few = self._rule.sees_little(sight)
         verdict = self._belief.judge(sight, increment, expected, stamp, few=few)
         self._learn(verdict)
         status = self._status(verdict.seen, stamp)

@@ -7,6 +7,7 @@ So the diagram shows the code that ran, with the first words of its own document
 import inspect
 import sys
 from dataclasses import dataclass, field
+from itertools import groupby
 from textwrap import fill
 from types import FrameType
 from typing import Any
@@ -72,13 +73,14 @@ def stages(update: Call) -> list[Call]:
 
     An update that only hands on to another object's, and at most asks whether it may, is that
     object's. A private function is only a part of its caller's text: what it calls, its caller
-    calls.
+    calls. A step that is called again at once is one step.
     """
     inner = _public(update)
     handed_on = [call for call in inner if call.name.endswith(".update")]
     if len(handed_on) == 1 and all(call is handed_on[0] or not _public(call) for call in inner):
         return stages(handed_on[0])
-    return [call for call in inner if call.is_method]
+    methods = [call for call in inner if call.is_method]
+    return [next(again) for _, again in groupby(methods, key=lambda call: call.name)]
 
 
 def parts(stage: Call) -> list[str]:

@@ -8,13 +8,15 @@ def test_the_stages_of_the_paper_are_seen_in_their_order() -> None:
     names = [step.name for step in steps]
     order = [
         next(k for k, name in enumerate(names) if name.endswith(ending))
-        for ending in (".extract", "Predictor.predict", ".look", ".fuse", ".replaces")
+        for ending in (".extract", "Predictor.predict", ".look", ".judge", ".replaces")
     ]
     assert order == sorted(order)
     look = next(step for step in steps if step.name.endswith(".look"))
     seen = parts(look)
     matched = next(k for k, name in enumerate(seen) if name.endswith(".match"))
     assert matched < seen.index("OnePointRansac.solve") < seen.index("refine")
+    judge = next(step for step in steps if step.name.endswith(".judge"))
+    assert "RelativeFilter.fuse" in parts(judge)
 
 
 def test_another_solver_is_another_diagram() -> None:
