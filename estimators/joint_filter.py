@@ -7,7 +7,7 @@ cameras' disparity offset [px].
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -116,8 +116,7 @@ class JointFilter:
         biases, _ = self.of_predictor()
 
         def on(state: JointState) -> JointState:
-            changed = increment.by_biases @ (state.biases[: len(biases)] - biases)
-            known = replace(increment, pose=increment.pose + changed)
+            known = increment.corrected(state.biases[: len(biases)] - biases)
             return state.then(known).wandered(self._every.walks)
 
         self._change(on)

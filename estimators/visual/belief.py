@@ -114,7 +114,7 @@ class Belief:
         if seen is not None:
             self._filter.believe(fused, seen, self.predicted.frames)
             nothing = nothing_yet(self._errors)
-            self._last_sight = LastSight(relative, pose_3d.copy(), nothing, fused.state)
+            self._last_sight = LastSight(relative, pose_3d, nothing, fused.state)
         return Verdict(seen, weighed.stands, fused, relative, self._moved, pose_3d)
 
     def _weigh(self, sight: Sight, increment: Increment, stamp: float, few: bool) -> _Weighed:

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Generic
 
 import numpy as np
@@ -12,7 +12,7 @@ from grouser.estimators.visual.base import FrameT, Frontend, KeyframeT
 from grouser.estimators.visual.belief import Belief, Verdict
 from grouser.estimators.visual.constant_errors import ConstantErrors
 from grouser.estimators.visual.disparity_check import DisparityCheck
-from grouser.estimators.visual.fusion import Fused, RelativePose
+from grouser.estimators.visual.fusion import RelativePose
 from grouser.estimators.visual.keyframes import KeyframeRule
 from grouser.estimators.visual.planar_motion import pose_motion, pose_to_motion
 from grouser.estimators.visual.pose_filter import PoseFilter
@@ -42,14 +42,11 @@ class Leg:
 
 @dataclass(frozen=True, slots=True)
 class _Seen(Generic[FrameT]):
-    """A frame that was seen well: all that makes it the keyframe."""
+    """A frame and what was made of it: all that makes it the keyframe."""
 
     frame: FrameT
-    pose_3d: Array
-    fused: Fused
     sight: Sight
-    seen: RelativePose | None
-    """None where it is the keyframe although vision failed"""
+    verdict: Verdict
     stamp: float
 
 
@@ -163,7 +160,7 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         self._learn(verdict)
         status = self._status(verdict.seen, stamp)
         told = self._tell(sight, verdict, clock) | {"features": float(len(frame.points))}
-        now = _Seen(frame, verdict.pose_3d.copy(), verdict.fused, sight, verdict.seen, stamp)
+        now = _Seen(frame, sight, verdict, stamp)
         if self._outlived(sight, verdict):
             self._renew(now)
         else:
@@ -174,7 +171,7 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
             covariance=state.covariance[:3, :3].copy(),
             status=status,
             stamp=stamp,
-            pose_3d=verdict.pose_3d,
+            pose_3d=verdict.pose_3d.copy(),
             diagnostics=told,
         )
 
@@ -184,9 +181,9 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
 
     def _renew(self, seen: _Seen[FrameT]) -> None:
         """The frame becomes the keyframe."""
-        self._filter.commit(seen.fused)
-        self._end_leg(seen.sight, seen.seen, seen.stamp)
-        self._start_from(seen.frame, seen.pose_3d)
+        self._filter.commit(seen.verdict.fused)
+        self._end_leg(seen.sight, seen.verdict.seen, seen.stamp)
+        self._start_from(seen.frame, seen.verdict.pose_3d)
 
     def _compare_with_the_frame_before(
         self, before: _Seen[FrameT], increment: Increment
@@ -195,8 +192,7 @@ class KeyframeOdometry(Generic[FrameT, KeyframeT]):
         that would be the keyframe. Returns the increment by the errors as estimated there."""
         biases, _ = self._filter.of_predictor()
         self._renew(before)
-        changed = self._filter.of_predictor()[0] - biases
-        return replace(increment, pose=increment.pose + increment.by_biases @ changed)
+        return increment.corrected(self._filter.of_predictor()[0] - biases)
 
     def _start_from(self, frame: FrameT, pose_3d: Array) -> None:
         """Compare the next frames with this one."""

@@ -1,7 +1,7 @@
 """What the next increment is expected to be: from the tracks, or, without them, as the last one."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -35,6 +35,10 @@ class Increment:
     """Whether it may be fused; a guess says only where to search."""
     of_tracks: Array = field(default_factory=lambda: np.zeros((3, 3)))
     """(3, 3) the part of the covariance that the tracks themselves bring, whatever the ground."""
+
+    def corrected(self, change: Array) -> "Increment":
+        """The same, once the constant errors are estimated otherwise by so much, (n,)."""
+        return replace(self, pose=self.pose + self.by_biases @ change)
 
 
 @dataclass(frozen=True, slots=True)

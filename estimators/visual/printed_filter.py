@@ -28,7 +28,7 @@ class PrintedFilter:
     def coast(self, predicted: Accumulated, start: FilterState | None = None) -> Fused:
         """Eqs. (6) to (11) alone."""
         start = start or self._last
-        covariance = start.covariance + predicted.frames * _Q
+        covariance = _predicted(start, predicted)
         return self._state(compose(start.pose, predicted.pose), covariance)
 
     def doubt(
@@ -43,7 +43,7 @@ class PrintedFilter:
 
     def fuse(self, predicted: Accumulated, measured: RelativePose) -> Fused:
         """Prediction and update, with H = I."""
-        x, P = compose(self._last.pose, predicted.pose), self._predicted(predicted)
+        x, P = compose(self._last.pose, predicted.pose), _predicted(self._last, predicted)
         z = compose(self._last.pose, measured.pose)
         innovation = np.append(z[:2] - x[:2], wrap(z[2] - x[2]))
         S = P + _R
@@ -74,10 +74,11 @@ class PrintedFilter:
     def doubt_offset(self, sigma: float) -> None:
         """Nor does it believe anything of them that it could doubt."""
 
-    def _predicted(self, predicted: Accumulated) -> Array:
-        """F P F^T + Q with F = I, eq. (9), for every frame since the last one committed."""
-        return np.asarray(self._last.covariance + predicted.frames * _Q)
-
     def _state(self, pose: Array, covariance: Array) -> Fused:
         covariance = (covariance + covariance.T) / 2
         return Fused(FilterState(pose, self._last.biases, covariance), np.nan, False)
+
+
+def _predicted(start: FilterState, predicted: Accumulated) -> Array:
+    """F P F^T + Q with F = I, eq. (9), for every frame since the start."""
+    return np.asarray(start.covariance + predicted.frames * _Q)

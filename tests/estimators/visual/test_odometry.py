@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -213,15 +214,17 @@ def test_the_dark_goes_on_from_where_the_robot_was_last_seen() -> None:
 def test_tracks_are_less_sure_on_the_slope_that_was_last_seen(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    verticals: list[Array] = []
+    room, verticals, sigmas = drive(16, range(9, 16)), list[Array](), []
 
-    def spied(increment: Increment, vertical: Array, **options: Any) -> Increment:
+    def spied(
+        increment: Increment, vertical: Array, *, steeper: float, **options: Any
+    ) -> Increment:
         verticals.append(vertical.copy())
-        return on_steep(increment, vertical + [steepness, 0.0, 0.0], **options)
+        return on_steep(increment, vertical + [steeper, 0.0, 0.0], **options)
 
-    monkeypatch.setattr("grouser.estimators.visual.odometry.on_steep", spied)
-    room, sigmas, steepness = drive(16, range(9, 16)), [], 0.0
-    for steepness in (0.0, 0.1):  # noqa: B007
+    for steeper in (0.0, 0.1):
+        spy = partial(spied, steeper=steeper)
+        monkeypatch.setattr("grouser.estimators.visual.odometry.on_steep", spy)
         estimates = run(room.observations)
         sigmas.append(np.sqrt(np.diag(estimates[-1].covariance)))
     assert (sigmas[1] > 1.1 * sigmas[0]).all()

@@ -16,17 +16,22 @@ PRIOR = near_zero(0.01, 0.01, 0.005, 0.005)
 NOISE = np.array([1e-3, 1e-3, 0.1, 0.08, 0.08, 0.1]) ** 2
 
 
-def evidence(matches: Matches, offset: float, motion: Array) -> OffsetEvidence | None:
-    """Of points whose disparities are all too large by the offset [px]."""
+def evidence(
+    matches: Matches, offset: Array | float, motion: Array, bowed: Bowed | None = None
+) -> OffsetEvidence | None:
+    """Of points whose disparities are too large [px]: all alike, or (2, n) before and now."""
+    too_large = np.zeros((2, len(matches.reference), 3))
+    too_large[..., 2] = offset
     return offset_of_structure(
-        matches.reference + [0.0, 0.0, offset],
-        matches.current + [0.0, 0.0, offset],
+        matches.reference + too_large[0],
+        matches.current + too_large[1],
         motion=motion,
         inliers=np.ones(len(matches.reference), dtype=bool),
         prior=PRIOR,
         noise=np.tile(NOISE, (len(matches.reference), 1)),
         T_base_camera=CAMERA.T_base_camera,
         camera=intrinsics(CAMERA),
+        bowed=bowed,
     )
 
 
@@ -64,18 +69,8 @@ def bowed_evidence(matches: Matches, bow: float, known: Bow, motion: Array) -> O
         -(((points[:, :2] - middle) / CAMERA.cx) ** 2).sum(axis=1)
         for points in (matches.reference, matches.current)
     ]
-    more = [np.column_stack([0 * by, 0 * by, 0.3 + (bow - known.px) * by]) for by in by_bow]
-    found = offset_of_structure(
-        matches.reference + more[0],
-        matches.current + more[1],
-        motion=motion,
-        inliers=np.ones(len(matches.reference), dtype=bool),
-        prior=PRIOR,
-        noise=np.tile(NOISE, (len(matches.reference), 1)),
-        T_base_camera=CAMERA.T_base_camera,
-        camera=intrinsics(CAMERA),
-        bowed=Bowed(by_bow[0], by_bow[1], known),
-    )
+    too_large = 0.3 + (bow - known.px) * np.array(by_bow)
+    found = evidence(matches, too_large, motion, Bowed(by_bow[0], by_bow[1], known))
     assert found is not None
     return found
 
