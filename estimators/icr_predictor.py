@@ -29,12 +29,14 @@ from grouser.estimators.track_motion import SideSlip, TrackNoise, reported_incre
 from grouser.estimators.visual.constant_errors import ConstantErrors
 from grouser.estimators.visual.prediction import Increment, MotionPredictor
 from grouser.geometry import Array, exp
+from grouser.kernels import kernel
 from grouser.rig import TrackGeometry
 
 _CENTRES, _SCALES, _SIDE, _SPOT = slice(0, 3), slice(3, 5), 5, 6
 _APART = np.array([0.5, -0.5, 0.0])
 """What a metre of width adds to each centre."""
 _TOLD = ("icr_left", "icr_right", "icr_x", "effective_width")
+_TOLD_SIGMAS = tuple(f"{name}_sigma" for name in _TOLD)
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,13 +174,9 @@ class IcrPredictor(MotionPredictor):
     def tell(self, biases: Array, covariance: Array) -> dict[str, float]:
         """The centres of the present course and the effective width, each with its sigma, m."""
         du = self._last * (1 + biases[_SCALES])
-        by_errors = np.column_stack([self._course(du), on_the_spot(du) * _APART])
-        by_errors = np.vstack([by_errors, by_errors[0] - by_errors[1]])
-        errors = [0, 1, 2, _SPOT]
-        told = by_errors @ (np.append(self._expected, 0.0) + biases[errors])
-        sigmas = np.sqrt(np.diag(by_errors @ covariance[np.ix_(errors, errors)] @ by_errors.T))
-        named = dict(zip(_TOLD, told.tolist(), strict=True))
-        return named | {f"{n}_sigma": s for n, s in zip(_TOLD, sigmas.tolist(), strict=True)}
+        course, spot = self._course(du), on_the_spot(du)
+        told, sigmas = _of_course(course, spot, self._expected, biases, covariance)
+        return dict(zip(_TOLD + _TOLD_SIGMAS, (*told.tolist(), *sigmas.tolist()), strict=True))
 
     def _course(self, du: Array) -> Array:
         return mirrored(du) if self._options.mirrored else np.eye(3)
@@ -192,6 +190,22 @@ class IcrPredictor(MotionPredictor):
         covariance = by_du @ of_tracks @ by_du.T
         covariance += (self._options.turn_noise * turn) ** 2 * np.outer(by_turn, by_turn)
         return np.asarray(covariance + self._side_slip.covariance(turn, float(twist[0])))
+
+
+@kernel
+def _of_course(
+    course: Array, spot: float, expected: Array, biases: Array, covariance: Array
+) -> tuple[Array, Array]:
+    """(4,) the centres of a course and the width, and their sigmas, m."""
+    by_errors = np.zeros((4, 4))
+    by_errors[:3, :3] = course
+    by_errors[0, 3], by_errors[1, 3] = spot / 2, -spot / 2
+    by_errors[3] = by_errors[0] - by_errors[1]
+    errors, P = np.array([biases[0], biases[1], biases[2], biases[_SPOT]]), np.empty((4, 4))
+    errors[:3] += expected
+    P[:3, :3], P[3, 3] = covariance[:3, :3], covariance[_SPOT, _SPOT]
+    P[:3, 3], P[3, :3] = covariance[:3, _SPOT], covariance[_SPOT, :3]
+    return by_errors @ errors, np.sqrt(np.diag(by_errors @ P @ by_errors.T))
 
 
 _CREEP = np.array([0.01, 0.005, 0.02])  # m, m, rad a frame that a robot at rest may begin to move

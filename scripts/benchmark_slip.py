@@ -24,7 +24,7 @@ _SETTLED = 10
 """Steps after which a new curve is steady. (The second one lasts until the end.)"""
 _ESTIMATORS: dict[str, tuple[str, dict[str, str]]] = {
     "icr_ekf": ("icr-ekf", {"source": "one-point-ransac"}),
-    "vision": ("one-point-ransac", {"slip_states": "icr"}),
+    "vision": ("one-point-ransac", {}),
 }
 
 

@@ -13,8 +13,7 @@ from grouser.estimators.line_slam.motion import MotionModel, PredictedMotion, Pr
 from grouser.estimators.line_slam.odometry_predictor import OdometryPredictor
 from grouser.estimators.line_slam.scan_aided_predictor import ScanAidedPredictor
 from grouser.estimators.line_slam.source_predictor import SourcePredictor
-from grouser.estimators.track_motion import SideSlip, TrackNoise
-from grouser.estimators.visual.prediction import TrackPredictor
+from grouser.estimators.visual.prediction import ScaleOptions, TrackPredictor
 from grouser.rig import Rig
 
 MakeMotion = Callable[[Observation, np.random.Generator], MotionModel]
@@ -94,7 +93,7 @@ def _own(
     if name == "tracks":
         assert rig.tracks is not None
         return PredictedMotion(
-            TrackPredictor(rig.tracks, TrackNoise(), SideSlip(), turn_noise=_TURN_NOISE),
+            TrackPredictor(rig.tracks, ScaleOptions(transient_noise=0.0)),
             slips=True,
         )
     assert rig.odometry is not None
@@ -108,6 +107,3 @@ def _estimated(
     rig: Rig, name: str, observation: Observation, rng: np.random.Generator
 ) -> MotionModel:
     return PredictedMotion(SourcePredictor(registry.make(name, rig), observation, rng))
-
-
-_TURN_NOISE = 0.05  # white slip of a turn, as a share of it

@@ -25,6 +25,8 @@ from grouser.estimators.visual.variance_factor import Innovation
 from grouser.geometry import Array
 from grouser.kernels import kernel, kernel_using
 
+_ITS_OWN = 2.0
+"""Sigmas that a constant error has at most; what is beyond them is slip."""
 SLIP_GATE = 16.3
 """chi-square of 3 degrees of freedom at 99.9 %: beyond it the tracks are said to slip."""
 
@@ -127,6 +129,7 @@ class RelativeFilter:
         """
         every = errors + disparity_offset(disparity_sigma)
         self._predicted = len(errors)
+        self._sigmas = errors.sigmas
         self._walk = every.walks**2
         self._doubt: Array | None = None
         self._trust = TrackTrust()
@@ -141,28 +144,41 @@ class RelativeFilter:
         return self.keyframe.biases[: self._predicted], self.keyframe.covariance[own, own]
 
     def coast(self, predicted: Accumulated, start: FilterState | None = None) -> Fused:
-        """Prediction alone, whose slip is trusted less where nobody sees it.
+        """Prediction alone. Slip that nobody sees may end: by as much it may be wrong.
 
         Args:
             start: the state from which it leads on; left out, that at the keyframe.
         """
-        return self._coasted(self._as_known(predicted, start), start)
+        known = self._as_known(predicted, start)
+        coasted = self._coasted(known, start)
+        slip = self._slip((start or self.keyframe).biases)
+        if not slip.any():
+            return coasted
+        off = known.by_biases * slip
+        return self._doubted(coasted, np.array([np.linalg.norm(off[:2]), np.linalg.norm(off[2])]))
+
+    def _slip(self, biases: Array) -> Array:
+        """(n,) by how much the predictor's constant errors (n + 1,) are more than it has itself."""
+        return np.maximum(np.abs(biases[: self._predicted]) - _ITS_OWN * self._sigmas, 0.0)
 
     def doubt(
         self, predicted: Accumulated, anchor: Array, start: FilterState | None = None
     ) -> Fused:
         """Prediction alone, where the robot may as well have stayed at the anchor (3,), a pose
         relative to the start: midway, with a covariance that covers both ends.
-
-        Both ends stay possible from keyframe to keyframe: such errors add up, not their squares.
         """
         known = self._as_known(predicted, start)
         half = known.pose - anchor
         half[2] = wrapped(half[2])
         half /= 2
         coasted = self._coasted(replace(known, pose=anchor + half), start)
+        return self._doubted(coasted, np.array([np.hypot(half[0], half[1]), abs(half[2])]))
+
+    def _doubted(self, coasted: Fused, off: Array) -> Fused:
+        """The same where the truth may also be off by (2,) m and rad, or not, from keyframe to
+        keyframe: such errors add up, not their squares."""
         before = np.zeros(2) if self._doubt is None else self._doubt
-        after = before + [np.hypot(half[0], half[1]), abs(half[2])]
+        after = before + off
         # In any direction: where it went hangs on where it headed, which is doubted as well.
         added = (after**2 - before**2)[[0, 0, 1]]
         covariance = coasted.state.covariance.copy()

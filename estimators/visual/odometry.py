@@ -10,7 +10,6 @@ from grouser.checks import require_at_least, require_positive_options
 from grouser.estimators.base import Observation, PoseEstimate, PoseEstimator
 from grouser.estimators.icr_predictor import IcrOptions, IcrPredictor
 from grouser.estimators.slope import SlopeOptions, on_steep
-from grouser.estimators.track_motion import SideSlip, TrackNoise
 from grouser.estimators.visual.base import Frontend
 from grouser.estimators.visual.engine import (
     FilterFactory,
@@ -28,8 +27,8 @@ from grouser.estimators.visual.one_point import OnePointRansac
 from grouser.estimators.visual.paper_form import MOST_POINTS, PaperForm, PaperOnePoint
 from grouser.estimators.visual.prediction import (
     MotionPredictor,
+    ScaleOptions,
     TrackPredictor,
-    TrackScales,
     VelocityPredictor,
 )
 from grouser.estimators.visual.printed_filter import PrintedFilter
@@ -42,7 +41,8 @@ from grouser.estimators.visual.turn_errors import TURN_ERRORS
 from grouser.kernels import announce
 from grouser.rig import Rig, StereoCamera, TrackGeometry
 
-SLIP_STATES = ("scales", "icr")
+SLIP = IcrOptions(side_walk=1e-4)
+"""What is left to wander is lost to the heading; slip that the gate finds is learnt anew."""
 
 
 class VisualOdometry(PoseEstimator):
@@ -77,16 +77,10 @@ class VisualOdometry(PoseEstimator):
         disparity_noise_px: float = 0.1,
         roll_pitch_prior: float = 0.003,
         side_slip_prior: float = 0.02,
-        track_noise: float = 0.03,
-        track_scale_sigma: float = 0.05,
-        turn_scale_sigma: float = 0.10,
-        side_slip_sigma: float = 0.05,
-        turn_noise: float = 0.05,
         keyframe_distance: float = 0.25,
         keyframe_turn: float = 0.2,
         lost_after: float = 1.0,
-        slip_states: Literal["scales", "icr"] = "scales",
-        icr: IcrOptions | None = None,
+        slip_states: IcrOptions | ScaleOptions | None = None,
     ) -> None:
         """
         Args:
@@ -115,17 +109,14 @@ class VisualOdometry(PoseEstimator):
             disparity_noise_px: sigma of a disparity, px.
             roll_pitch_prior: sigma of roll and of pitch between two frames, rad.
             side_slip_prior: sigma of the motion across, m per m along, where there are no tracks.
-            track_noise: white noise of a track's increment, as a share of it.
-            track_scale_sigma: sigma of a track's unknown scale error.
-            turn_scale_sigma: sigma of the effective width's unknown scale error.
-            side_slip_sigma: sigma of a constant slip to one side, m per m along.
-            turn_noise: white slip of a turn, as a share of it.
             keyframe_distance: m after which the reference frame is replaced.
             keyframe_turn: rad after which it is.
             lost_after: s of prediction without tracks until the pose is LOST.
-            slip_states: what the filter estimates of the tracks' slip: "scales" of both tracks, the
-                turn and the motion across, or "icr", the instantaneous centres of rotation.
-            icr: how uncertain these are, and the noise of the tracks beside them.
+            slip_states: what the filter estimates of the tracks' slip, and how uncertain it is: the
+                instantaneous centres of rotation beside both tracks' scales (`IcrOptions`), or
+                scales alone, of both tracks, the turn and the motion across (`ScaleOptions`, as in
+                SPEC 1.5), which lead less well in the dark. Left out, `SLIP`; the paper's form has
+                scales.
 
         Raises:
             ValueError: an unknown solver, an option out of range, or a rig without a stereo camera.
@@ -140,11 +131,6 @@ class VisualOdometry(PoseEstimator):
             disparity_noise_px=disparity_noise_px,
             roll_pitch_prior=roll_pitch_prior,
             side_slip_prior=side_slip_prior,
-            track_noise=track_noise,
-            track_scale_sigma=track_scale_sigma,
-            turn_scale_sigma=turn_scale_sigma,
-            side_slip_sigma=side_slip_sigma,
-            turn_noise=turn_noise,
             keyframe_distance=keyframe_distance,
             keyframe_turn=keyframe_turn,
             lost_after=lost_after,
@@ -152,7 +138,7 @@ class VisualOdometry(PoseEstimator):
         if rig.stereo is None:
             raise ValueError("visual odometry needs rig.stereo, and this rig has None")
         camera = rig.stereo
-        _require_one_of(SLIP_STATES, slip_states=slip_states)
+        slip_states = _known_states(slip_states)
         _require_one_of(tuple(REFINEMENTS), refinement=refinement)
         _require_one_of(("sigmas", *TURN_ERRORS), turn_error=turn_error)
         minimal_solver = _make_solver(solver, camera, turn_error)
@@ -167,6 +153,7 @@ class VisualOdometry(PoseEstimator):
             minimal_solver = PaperOnePoint(camera, form)
             if rig.tracks is not None and use_tracks:
                 make_filter = PrintedFilter
+            slip_states = ScaleOptions()
             refinement, frame_to_frame, max_points = "arc", True, min(max_points, MOST_POINTS)
         _require_one_of(tuple(FEATURES), features=features)
         announce()
@@ -181,12 +168,7 @@ class VisualOdometry(PoseEstimator):
             _make_predictor,
             tracks=rig.tracks if use_tracks else None,
             dt=rig.dt,
-            noise=TrackNoise(scale=track_noise),
-            turn_noise=turn_noise,
-            scales=TrackScales(
-                track=track_scale_sigma, turn=turn_scale_sigma, side=side_slip_sigma
-            ),
-            icr=(icr or IcrOptions()) if slip_states == "icr" else None,
+            slip_states=slip_states,
         )
         odometry = KeyframeOdometry(
             frontend,
@@ -223,6 +205,13 @@ def _make_solver(name: str, camera: StereoCamera, turn_error: str) -> MotionSolv
     return OnePointRansac(camera, turn_error=turn_error)
 
 
+def _known_states(chosen: IcrOptions | ScaleOptions | None) -> IcrOptions | ScaleOptions:
+    chosen = SLIP if chosen is None else chosen
+    if not isinstance(chosen, IcrOptions | ScaleOptions):
+        raise ValueError(f"slip_states must be an IcrOptions or a ScaleOptions, got {chosen!r}")
+    return chosen
+
+
 def _on_slope(tracks: TrackGeometry | None) -> OnSlope:
     """Tracks slip there, and creep; what no track measured is uncertain enough."""
     if tracks is None:
@@ -235,16 +224,13 @@ def _make_predictor(
     *,
     tracks: TrackGeometry | None,
     dt: float,
-    noise: TrackNoise,
-    turn_noise: float,
-    scales: TrackScales,
-    icr: IcrOptions | None,
+    slip_states: IcrOptions | ScaleOptions,
 ) -> MotionPredictor:
     """By the tracks, where there are any."""
     if tracks is not None and "tracks" in observation:
-        if icr is not None:
-            return IcrPredictor(tracks, icr)
-        return TrackPredictor(tracks, noise, SideSlip(), turn_noise, scales)
+        if isinstance(slip_states, IcrOptions):
+            return IcrPredictor(tracks, slip_states)
+        return TrackPredictor(tracks, slip_states)
     return VelocityPredictor(_FASTEST * dt)
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from grouser.checks import require_not_negative, require_positive
 from grouser.estimators.base import Observation
 from grouser.estimators.track_motion import (
     SideSlip,
@@ -42,23 +43,34 @@ class Increment:
 
 
 @dataclass(frozen=True, slots=True)
-class TrackScales:
-    """How well the tracks' scales are known: one sigma of errors that stay the same for long."""
+class ScaleOptions:
+    """How uncertain the tracks' scales are (SPEC 1.5), and what else is uncertain about a track."""
 
-    track: float = 0.05
-    """Of either track's increment."""
-    turn: float = 0.10
-    """Of the effective width."""
-    side: float = 0.05
+    track_sigma: float = 0.05
+    """Of either track's scale error, which stays the same for long."""
+    turn_sigma: float = 0.10
+    """Of the effective width's scale error."""
+    side_sigma: float = 0.05
     """Of the motion across, m per m along: on a slope, say, the chassis slides to one side."""
     walk: float = 5e-4
-    """How far each wanders in one frame (SPEC 1.5)."""
+    """How far each of them wanders in one frame."""
+    track_noise: float = 0.03
+    """White noise of a track's increment, as a share of it."""
+    transient_noise: float = 0.3
+    """The same, as a share of the increment's change since the last one: the shear in the ground
+    follows the tracks late."""
+    turn_noise: float = 0.05
+    """White slip of a turn, as a share of it."""
+
+    def __post_init__(self) -> None:
+        require_positive(self, "track_sigma", "turn_sigma", "side_sigma")
+        require_not_negative(self, "walk", "track_noise", "transient_noise", "turn_noise")
 
     def errors(self) -> ConstantErrors:
         """The scale errors of the left track, the right track, the turn and the motion across."""
         return ConstantErrors(
             ("left track's scale", "right track's scale", "turn's scale", "side slip"),
-            np.array([self.track, self.track, self.turn, self.side]),
+            np.array([self.track_sigma, self.track_sigma, self.turn_sigma, self.side_sigma]),
             np.full(4, self.walk),
         )
 
@@ -89,30 +101,21 @@ class TrackPredictor(MotionPredictor):
 
     measures = True
 
-    def __init__(
-        self,
-        tracks: TrackGeometry,
-        noise: TrackNoise,
-        side_slip: SideSlip,
-        turn_noise: float,
-        scales: TrackScales | None = None,
-    ) -> None:
-        """
-        Args:
-            turn_noise: white slip of the turn, as a share of it.
-            scales: how well the scales are known; left out, as `TrackScales` has it.
-        """
-        self.errors = (scales or TrackScales()).errors()
+    def __init__(self, tracks: TrackGeometry, options: ScaleOptions) -> None:
+        self.errors = options.errors()
         self._tracks = tracks
-        self._noise = noise
-        self._side_slip = side_slip
-        self._turn_noise = turn_noise
+        self._options = options
+        self._noise = TrackNoise(options.track_noise)
+        self._side_slip = SideSlip()
         self._last: Array | None = None
+        self._before: Array | None = None
 
     def predict(self, observation: Observation, biases: Array) -> Increment:
         measured = reported_increments(observation)
+        before, self._before = self._before, None
         if measured is None:
             return self._guess(np.zeros((3, len(biases))))
+        self._before = measured.copy()
         width = self._tracks.effective_width
         du = measured * (1 + biases[:2])
         turn, arc_length = track_increment(du, width)
@@ -123,8 +126,12 @@ class TrackPredictor(MotionPredictor):
         by_turn = by_arc[:, 0]
         by_du = by_arc @ (np.diag([1 + biases[2], 1.0]) @ track_increment_jacobian(width))
         of_tracks = by_du @ self._noise.covariance(du) @ by_du.T
-        covariance = of_tracks + (self._turn_noise * turn) ** 2 * np.outer(by_turn, by_turn)
+        slip = self._options.turn_noise * turn * by_turn
+        covariance = of_tracks + np.outer(slip, slip)
         covariance += self._side_slip.covariance(turn, chord(turn, arc_length))
+        if before is not None:
+            late = by_du * (self._options.transient_noise * (measured - before))
+            covariance += late @ late.T
         by_side = np.array([-straight[1], straight[0], 0.0])
         by_biases = np.column_stack([by_du * measured, by_turn * turn, by_side])
         return Increment(across @ straight, covariance, by_biases, of_tracks=of_tracks)

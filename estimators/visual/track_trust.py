@@ -10,10 +10,6 @@ from grouser.estimators.visual.single_pose import wrapped
 from grouser.estimators.visual.variance_factor import Innovation, VarianceFactor
 from grouser.geometry import Array
 
-_IN_THE_DARK = 4.0
-"""Times the variance of slip that vision could see: whatever blinds a camera may shake the robot,
-and slip that lasts adds up itself, not its squares."""
-
 
 class TrackTrust:
     """Learns from innovations what the prediction's white noise must be multiplied by."""
@@ -25,7 +21,7 @@ class TrackTrust:
 
     def in_the_dark(self, covariance: Array, of_tracks: Array) -> Array:
         """(3, 3) noise of what was predicted with a covariance, of which a part is the tracks'."""
-        slip = _IN_THE_DARK * max(self._of_ways.value, 1.0)
+        slip = max(self._of_ways.value, 1.0)
         return slip * (covariance - of_tracks) + self._of_frames.value * of_tracks
 
     def watch(self, frames: int, turn_error: float, predicted: float, measured: float) -> None:

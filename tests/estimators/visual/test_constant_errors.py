@@ -3,12 +3,12 @@
 import numpy as np
 
 from grouser.estimators.visual.constant_errors import NO_ERRORS, disparity_offset
-from grouser.estimators.visual.prediction import TrackScales
+from grouser.estimators.visual.prediction import ScaleOptions
 
 
 def test_errors_of_two_models_follow_each_other() -> None:
     scales, offset = (
-        TrackScales(track=0.04, turn=0.2, side=0.03, walk=2e-3).errors(),
+        ScaleOptions(track_sigma=0.04, turn_sigma=0.2, side_sigma=0.03, walk=2e-3).errors(),
         disparity_offset(0.1),
     )
     both = scales + offset

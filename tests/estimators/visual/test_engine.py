@@ -5,14 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from grouser.estimators.base import Observation, Status
-from grouser.estimators.track_motion import SideSlip, TrackNoise, arc_pose
+from grouser.estimators.track_motion import arc_pose
 from grouser.estimators.visual.base import Frontend
 from grouser.estimators.visual.engine import KeyframeOdometry, Leg
 from grouser.estimators.visual.fusion import RelativeFilter
 from grouser.estimators.visual.keyframes import KeyframeRule
 from grouser.estimators.visual.matching import Matches, Prediction
 from grouser.estimators.visual.planar_motion import pose_motion
-from grouser.estimators.visual.prediction import MotionPredictor, TrackPredictor
+from grouser.estimators.visual.prediction import MotionPredictor, ScaleOptions, TrackPredictor
 from grouser.estimators.visual.prior import ChassisPrior, MotionPrior
 from grouser.estimators.visual.sight import Expectation, KeyframeSight, Sight
 from grouser.estimators.visual.structure import OffsetEvidence
@@ -108,7 +108,7 @@ def observation(frame: int, pose: Array) -> Observation:
 
 
 def predictor(_: Observation) -> MotionPredictor:
-    return TrackPredictor(TRACKS, TrackNoise(), SideSlip(), 0.05)
+    return TrackPredictor(TRACKS, ScaleOptions())
 
 
 def drive(sight: Sharp, frames: int = 60) -> tuple[list[Status], Array, list[Leg]]:

@@ -13,16 +13,17 @@ from grouser.estimators.visual.fusion import (
     RelativePose,
     nothing_yet,
 )
-from grouser.estimators.visual.prediction import TrackPredictor, TrackScales
+from grouser.estimators.visual.prediction import ScaleOptions, TrackPredictor
 from grouser.geometry import Array, between, compose, wrap
 from grouser.rig import TrackGeometry
 
 WIDTH, TURN_NOISE, WALK = 0.5, 0.05, 5e-4
-SCALES = TrackScales(track=0.05, turn=0.10, side=0.05, walk=WALK)
 OFFSET_SIGMA = 0.3
 NOISE, SLIP = TrackNoise(), SideSlip()
 TRACKS = TrackGeometry(gauge=0.4, width=0.08, effective_width=WIDTH)
-PREDICTOR = TrackPredictor(TRACKS, NOISE, SLIP, TURN_NOISE, SCALES)
+PREDICTOR = TrackPredictor(
+    TRACKS, ScaleOptions(walk=WALK, turn_noise=TURN_NOISE, transient_noise=0.0)
+)
 ERRORS = PREDICTOR.errors
 SIGMAS = np.append(ERRORS.sigmas, OFFSET_SIGMA)
 VISION = np.diag([0.002, 0.002, 0.001]) ** 2
@@ -220,10 +221,28 @@ def test_coasting_is_prediction_trusted_less_and_less() -> None:
     assert (np.diff(traces) > 0).all()
     tracks, coasted = predicted(8), kalman.coast(predicted(8))
     np.testing.assert_allclose(coasted.state.pose, tracks.pose)
-    slip = tracks.covariance - tracks.of_tracks
-    expected = 4 * slip + tracks.of_tracks
-    np.testing.assert_allclose(coasted.state.covariance[:3, :3], expected, atol=1e-15)
+    np.testing.assert_allclose(coasted.state.covariance[:3, :3], tracks.covariance, atol=1e-15)
     assert np.isnan(coasted.nis) and not coasted.slipped
+
+
+@pytest.mark.parametrize("keyframes", [1, 12])
+def test_slip_may_end_where_nobody_sees_it(keyframes: int) -> None:
+    """One track slid by half before the dark: by none of it in the dark, the truth is not beyond
+    belief, however many keyframes that takes; what is no more than an error of scale is known."""
+    sliding, scaled = make(), make()
+    sure = np.diag(np.full(3 + len(SIGMAS), 1e-12))
+    for kalman, scale in ((sliding, -0.5), (scaled, -0.05)):
+        biases = np.array([0.0, scale, 0.0, 0.0, 0.0])
+        kalman.keyframe = replace(kalman.keyframe, biases=biases, covariance=sure)
+    truth = np.zeros(3)
+    for _ in range(keyframes):
+        truth = compose(truth, predicted(3).pose)
+        for kalman in (sliding, scaled):
+            kalman.commit(kalman.coast(predicted(3, biases=kalman.of_predictor()[0])))
+    error = truth - sliding.keyframe.pose
+    error[2] = wrap(error[2])
+    assert error @ np.linalg.solve(sliding.keyframe.covariance[:3, :3], error) < SLIP_GATE
+    assert abs(error[2]) > 10 * np.sqrt(scaled.keyframe.covariance[2, 2])
 
 
 def test_tracks_that_were_seen_to_be_exact_are_trusted_more_in_the_dark() -> None:

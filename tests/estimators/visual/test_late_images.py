@@ -8,11 +8,11 @@ import pytest
 from grouser.estimators import PoseEstimate, Status
 from grouser.estimators.base import Observation
 from grouser.estimators.synthetic_drive import RIG, Drive, synthetic_drive
-from grouser.estimators.track_motion import SideSlip, TrackNoise
 from grouser.estimators.visual.late_images import LateImages
 from grouser.estimators.visual.odometry import VisualOdometry
 from grouser.estimators.visual.prediction import (
     MotionPredictor,
+    ScaleOptions,
     TrackPredictor,
     VelocityPredictor,
 )
@@ -48,7 +48,7 @@ class Spy:
 def predictor(observation: Observation) -> MotionPredictor:
     assert RIG.tracks is not None
     if "tracks" in observation:
-        return TrackPredictor(RIG.tracks, TrackNoise(), SideSlip(), turn_noise=0.02)
+        return TrackPredictor(RIG.tracks, ScaleOptions(turn_noise=0.02))
     return VelocityPredictor(np.ones(3) * RIG.dt)
 
 

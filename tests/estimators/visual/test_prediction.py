@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 from grouser.estimators.base import Observation
 from grouser.estimators.track_motion import SideSlip, TrackNoise, arc_pose
 from grouser.estimators.visual.planar_motion import pose_motion
-from grouser.estimators.visual.prediction import TrackPredictor, VelocityPredictor
+from grouser.estimators.visual.prediction import ScaleOptions, TrackPredictor, VelocityPredictor
 from grouser.geometry import Array
 from grouser.rig import TrackGeometry
 
 WIDTH = 0.5
 TRACKS = TrackGeometry(gauge=0.4, width=0.08, effective_width=WIDTH)
-PREDICTOR = TrackPredictor(TRACKS, TrackNoise(), SideSlip(), turn_noise=0.05)
+PREDICTOR = TrackPredictor(TRACKS, ScaleOptions(transient_noise=0.0))
 BIASES = len(PREDICTOR.errors)
 lengths = st.floats(-0.2, 0.2)
 errors = st.floats(-0.1, 0.1)
@@ -103,6 +103,24 @@ def test_the_tracks_measure_and_need_no_memory() -> None:
     after = PREDICTOR.predict(seen, np.zeros(BIASES))
     assert before.measured and after.measured
     np.testing.assert_array_equal(before.pose, after.pose)
+
+
+def test_a_change_of_speed_is_followed_late() -> None:
+    """By a share of the change, along and around; the noise at a steady speed is as it was."""
+    share, zero, now = 0.3, np.zeros(BIASES), tracks(0.1, 0.1)
+    covariances = []
+    for before in (None, tracks(0.1, 0.1), tracks(0.02, 0.1), tracks(np.nan, np.nan)):
+        predictor = TrackPredictor(TRACKS, ScaleOptions(transient_noise=share))
+        if before is not None:
+            predictor.predict(tracks(0.0, 0.0), zero)
+            predictor.predict(before, zero)
+        covariances.append(predictor.predict(now, zero).covariance)
+    first, steady, late, after_silence = covariances
+    np.testing.assert_array_equal(first, steady)
+    np.testing.assert_array_equal(first, after_silence)
+    off = share * 0.08  # of the left track
+    assert late[0, 0] - steady[0, 0] == pytest.approx((off / 2) ** 2)
+    assert late[2, 2] - steady[2, 2] == pytest.approx((off / WIDTH) ** 2)
 
 
 def test_without_tracks_the_last_increment_is_expected_again_but_for_its_slip() -> None:

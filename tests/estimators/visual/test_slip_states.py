@@ -1,4 +1,4 @@
-"""Visual odometry that estimates centres of rotation instead of the tracks' scales."""
+"""Visual odometry that estimates centres of rotation, or the tracks' scales alone."""
 
 from functools import cache
 from typing import Any
@@ -11,6 +11,8 @@ import grouser  # noqa: F401  (registers the environments)
 from grouser.estimators import PoseEstimate, make
 from grouser.estimators.conformance import check_pose_estimator
 from grouser.estimators.evaluation.consistency import nees
+from grouser.estimators.icr_predictor import IcrOptions
+from grouser.estimators.visual.prediction import ScaleOptions
 from grouser.geometry import Array, between
 from grouser.rig import Rig
 
@@ -51,7 +53,7 @@ def test_the_width_is_found_and_the_covariance_is_honest(terrain: str) -> None:
     for seed in SEEDS:
         rig, observations, infos, truths = driven(terrain, seed)
         ill_informed = rig.with_overrides({"tracks.effective_width": 0.5})
-        estimates = run(ill_informed, observations, slip_states="icr")
+        estimates = run(ill_informed, observations)
         steady = [k for k in range(40, STEPS) if k % 20 > 8]
         found = np.mean([estimates[k].diagnostics["effective_width"] for k in steady])
         assert abs(found / np.mean([infos[k]["effective_width"] for k in steady]) - 1) < 0.02
@@ -65,7 +67,7 @@ def test_the_width_is_found_and_the_covariance_is_honest(terrain: str) -> None:
 
 def test_in_the_dark_the_centres_lead_better_than_scales_do() -> None:
     """Grass slows the robot in every curve, which no scale of a track says."""
-    final: dict[str, list[float]] = {"scales": [], "icr": []}
+    final: dict[IcrOptions | ScaleOptions, list[float]] = {IcrOptions(): [], ScaleOptions(): []}
     for seed in SEEDS:
         rig, observations, _, truths = driven("grass", seed)
         black = np.zeros_like(observations[0]["left"])
@@ -78,16 +80,19 @@ def test_in_the_dark_the_centres_lead_better_than_scales_do() -> None:
             error = between(truths[-1], end.pose)
             errors.append(float(np.hypot(error[0], error[1])))
             assert error @ np.linalg.solve(end.covariance, error) < 16.3  # chi2_3(0.999)
-    assert np.mean(final["icr"]) < 0.6 * np.mean(final["scales"])
+    by_centres, by_scales = (np.mean(errors) for errors in final.values())
+    assert by_centres < 0.6 * by_scales
 
 
 def test_it_keeps_the_contract() -> None:
-    check_pose_estimator("one-point-ransac", slip_states="icr")
+    check_pose_estimator("one-point-ransac", slip_states=ScaleOptions())
 
 
 def test_other_slip_states_are_refused() -> None:
     rig = driven("gravel", 0)[0]
     with pytest.raises(
-        ValueError, match=r"slip_states must be one of 'scales', 'icr', got 'width'"
+        ValueError, match=r"slip_states must be an IcrOptions or a ScaleOptions, got 'width'"
     ):
         make("one-point-ransac", rig, slip_states="width")
+    with pytest.raises(ValueError, match=r"ScaleOptions.turn_sigma must be positive, got -0.1"):
+        ScaleOptions(turn_sigma=-0.1)
