@@ -12,6 +12,7 @@ import numpy as np
 
 from grouser.estimators.track_motion import arc_jacobian
 from grouser.geometry import Array, exp
+from grouser.kernels import kernel
 
 
 def icr_twist(du: Array, centres: Array) -> Array:
@@ -55,6 +56,7 @@ def icr_pose(du: Array, centres: Array) -> Array:
     return exp(icr_twist(du, centres))
 
 
+@kernel
 def mirrored(du: Array) -> Array:
     """(3, 3) what makes of a left curve's centres those of the course that the tracks run.
 
@@ -80,6 +82,7 @@ def mirrored_jacobian(du: Array, centres: Array) -> Array:
     return np.array([middle * by_middle, middle * by_middle, x * _ahead_slope(du)])
 
 
+@kernel
 def on_the_spot(du: Array) -> float:
     """How much of a course is a turn on the spot: 1 there, 0 straight on.
 
@@ -103,9 +106,10 @@ def _ahead_slope(du: Array) -> Array:
     return 4 * difference / reach**3 * np.array([difference + both, difference - both])
 
 
+@kernel
 def _courses(du: Array) -> tuple[float, float]:
     """Which way the middle of the centres lies, and x: -1 to 1 times that of a left curve."""
-    both, difference = float(du[0] + du[1]), float(du[1] - du[0])
+    both, difference = du[0] + du[1], du[1] - du[0]
     middle = min(max(both / difference, -1.0), 1.0) if difference else 0.0
     reach = math.hypot(both, 2 * difference)
     return middle, both / reach if reach else 0.0

@@ -29,7 +29,7 @@ from grouser.estimators.track_motion import SideSlip, TrackNoise, reported_incre
 from grouser.estimators.visual.constant_errors import ConstantErrors
 from grouser.estimators.visual.prediction import Increment, MotionPredictor
 from grouser.geometry import Array, exp
-from grouser.kernels import kernel
+from grouser.kernels import kernel_using
 from grouser.rig import TrackGeometry
 
 _CENTRES, _SCALES, _SIDE, _SPOT = slice(0, 3), slice(3, 5), 5, 6
@@ -173,9 +173,8 @@ class IcrPredictor(MotionPredictor):
 
     def tell(self, biases: Array, covariance: Array) -> dict[str, float]:
         """The centres of the present course and the effective width, each with its sigma, m."""
-        du = self._last * (1 + biases[_SCALES])
-        course, spot = self._course(du), on_the_spot(du)
-        told, sigmas = _of_course(course, spot, self._expected, biases, covariance)
+        as_course = self._options.mirrored
+        told, sigmas = _of_course(self._last, as_course, self._expected, biases, covariance)
         return dict(zip(_TOLD + _TOLD_SIGMAS, (*told.tolist(), *sigmas.tolist()), strict=True))
 
     def _course(self, du: Array) -> Array:
@@ -192,13 +191,14 @@ class IcrPredictor(MotionPredictor):
         return np.asarray(covariance + self._side_slip.covariance(turn, float(twist[0])))
 
 
-@kernel
+@kernel_using(mirrored, on_the_spot)
 def _of_course(
-    course: Array, spot: float, expected: Array, biases: Array, covariance: Array
+    measured: Array, as_course: bool, expected: Array, biases: Array, covariance: Array
 ) -> tuple[Array, Array]:
-    """(4,) the centres of a course and the width, and their sigmas, m."""
-    by_errors = np.zeros((4, 4))
-    by_errors[:3, :3] = course
+    """(4,) the centres of the course that was measured (2,) and the width, and their sigmas, m."""
+    du = measured * (1 + biases[3:5])
+    by_errors, spot = np.zeros((4, 4)), on_the_spot(du)
+    by_errors[:3, :3] = mirrored(du) if as_course else np.eye(3)
     by_errors[0, 3], by_errors[1, 3] = spot / 2, -spot / 2
     by_errors[3] = by_errors[0] - by_errors[1]
     errors, P = np.array([biases[0], biases[1], biases[2], biases[_SPOT]]), np.empty((4, 4))

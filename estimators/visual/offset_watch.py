@@ -35,7 +35,8 @@ class OffsetEstimate:
 
 
 class OffsetWatch:
-    """The mean of what keyframes say, as sure as they agree with each other."""
+    """The mean of what keyframes say, as sure as they agree with each other, and no surer than they
+    are themselves: a few may agree by chance."""
 
     def __init__(self) -> None:
         self._seen: list[OffsetEvidence] = []
@@ -62,4 +63,5 @@ def together(seen: Sequence[OffsetEvidence]) -> OffsetEstimate | None:
     weights /= weights.sum()
     mean = float(weights @ offsets)
     scatter = np.sqrt(np.sum((weights * (offsets - mean)) ** 2) * n / (n - 1))
-    return OffsetEstimate(mean, float(np.hypot(scatter, SYSTEMATIC)))
+    own = np.sum([evidence.sigma**-2 for evidence in seen]) ** -0.5
+    return OffsetEstimate(mean, float(np.hypot(max(scatter, own), SYSTEMATIC)))

@@ -161,7 +161,7 @@ def _offset_and_motion(
     unknowns[:6] = start
     residual, errors, pull = np.zeros((n, 3)), np.zeros(n), np.zeros((n, 8))
     J, by_point, information = np.zeros((n, 3, 8)), np.zeros((n, 3, 3)), np.zeros((n, 3, 3))
-    mean, variances = np.zeros(8), np.full(2, np.inf)
+    mean, variances, before = np.zeros(8), np.full(2, np.inf), np.inf
     mean[:6] = prior_mean
     for step in range(rounds):
         _compare(
@@ -191,4 +191,8 @@ def _offset_and_motion(
         for k in range(2):
             row = bread[6 + k].copy()
             variances[k] = ((pull @ row) ** 2).sum() + (row**2 * held).sum()
-    return unknowns[6], variances[0], unknowns[7], variances[1]
+        if step == 0:
+            before = min(scale, 1.0) * inverse[6, 6]
+    # Where they hardly move, the offset that mistaken points feign makes them look nearer, and so
+    # surer of it: they are no surer than they were without.
+    return unknowns[6], max(variances[0], before), unknowns[7], variances[1]
