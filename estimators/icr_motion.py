@@ -89,7 +89,7 @@ def on_the_spot(du: Array) -> float:
     The effective width grows with it: by a twentieth in our simulation, where the width by
     0.58 m + 0.026 m times this is right to 2 mm from the spot to curves of 3 m.
     """
-    return 1.0 - abs(_courses(du)[1])
+    return float(1.0 - abs(_courses(du)[1]))
 
 
 def on_the_spot_slope(du: Array) -> Array:
