@@ -155,9 +155,10 @@ class IcrPredictor(MotionPredictor):
         by_biases = np.column_stack(
             [by_twist @ twist_by_centres @ M, by_du * measured, by_side, by_spot]
         )
-        covariance = self._covariance(du, measured - self._last, twist, by_du, by_twist)
+        of_tracks = by_du @ self._noise.covariance(du) @ by_du.T
+        covariance = of_tracks + self._slip(measured - self._last, twist, by_du, by_twist)
         self._last, self._guess = measured.copy(), across @ straight
-        return Increment(self._guess, covariance, by_biases)
+        return Increment(self._guess, covariance, by_biases, of_tracks=of_tracks)
 
     def _go_on(self, by_biases: Array) -> Increment:
         """Silent tracks leave a guess, that the robot goes on as it went."""
@@ -180,15 +181,13 @@ class IcrPredictor(MotionPredictor):
     def _course(self, du: Array) -> Array:
         return mirrored(du) if self._options.mirrored else np.eye(3)
 
-    def _covariance(
-        self, du: Array, change: Array, twist: Array, by_du: Array, by_twist: Array
-    ) -> Array:
-        by_turn, turn = by_twist[:, 2], float(twist[2])
-        of_tracks = self._noise.covariance(du)
-        of_tracks += np.diag((self._options.transient_noise * change) ** 2)
-        covariance = by_du @ of_tracks @ by_du.T
-        covariance += (self._options.turn_noise * turn) ** 2 * np.outer(by_turn, by_turn)
-        return np.asarray(covariance + self._side_slip.covariance(turn, float(twist[0])))
+    def _slip(self, change: Array, twist: Array, by_du: Array, by_twist: Array) -> Array:
+        """(3, 3) covariance that the ground brings, after a change of the tracks' speed."""
+        turn = float(twist[2])
+        late = by_du * (self._options.transient_noise * change)
+        wider = self._options.turn_noise * turn * by_twist[:, 2]
+        slip = late @ late.T + np.outer(wider, wider)
+        return np.asarray(slip + self._side_slip.covariance(turn, float(twist[0])))
 
 
 @kernel_using(mirrored, on_the_spot)

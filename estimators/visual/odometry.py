@@ -138,7 +138,7 @@ class VisualOdometry(PoseEstimator):
         if rig.stereo is None:
             raise ValueError("visual odometry needs rig.stereo, and this rig has None")
         camera = rig.stereo
-        slip_states = _known_states(slip_states)
+        slip_states = _known_states(slip_states, ScaleOptions() if paper else SLIP)
         _require_one_of(tuple(REFINEMENTS), refinement=refinement)
         _require_one_of(("sigmas", *TURN_ERRORS), turn_error=turn_error)
         minimal_solver = _make_solver(solver, camera, turn_error)
@@ -153,7 +153,8 @@ class VisualOdometry(PoseEstimator):
             minimal_solver = PaperOnePoint(camera, form)
             if rig.tracks is not None and use_tracks:
                 make_filter = PrintedFilter
-            slip_states = ScaleOptions()
+            if not isinstance(slip_states, ScaleOptions):
+                raise ValueError(f"paper=... has ScaleOptions as slip_states, not {slip_states!r}")
             refinement, frame_to_frame, max_points = "arc", True, min(max_points, MOST_POINTS)
         _require_one_of(tuple(FEATURES), features=features)
         announce()
@@ -205,8 +206,10 @@ def _make_solver(name: str, camera: StereoCamera, turn_error: str) -> MotionSolv
     return OnePointRansac(camera, turn_error=turn_error)
 
 
-def _known_states(chosen: IcrOptions | ScaleOptions | None) -> IcrOptions | ScaleOptions:
-    chosen = SLIP if chosen is None else chosen
+def _known_states(
+    chosen: IcrOptions | ScaleOptions | None, otherwise: IcrOptions | ScaleOptions
+) -> IcrOptions | ScaleOptions:
+    chosen = otherwise if chosen is None else chosen
     if not isinstance(chosen, IcrOptions | ScaleOptions):
         raise ValueError(f"slip_states must be an IcrOptions or a ScaleOptions, got {chosen!r}")
     return chosen

@@ -11,6 +11,7 @@ import pytest
 
 from grouser.estimators import PoseEstimate, Status, make
 from grouser.estimators.base import Observation
+from grouser.estimators.icr_predictor import IcrOptions
 from grouser.estimators.slope import on_steep
 from grouser.estimators.synthetic_drive import RIG, Drive, synthetic_drive
 from grouser.estimators.visual import solvers
@@ -325,6 +326,10 @@ def test_the_registered_names_choose_the_solver() -> None:
         (
             lambda: VisualOdometry(RIG, solver="two-point", paper=True),
             "solver must be one of 'one-point', got 'two-point'",
+        ),
+        (
+            lambda: VisualOdometry(RIG, slip_states=IcrOptions(), paper=True),
+            r"paper=\.\.\. has ScaleOptions as slip_states, not IcrOptions\(",
         ),
         (
             lambda: VisualOdometry(RIG, turn_error="cosine"),  # type: ignore[arg-type]
