@@ -25,7 +25,7 @@ from grouser.estimators.icr_motion import (
     on_the_spot,
     on_the_spot_slope,
 )
-from grouser.estimators.track_motion import SideSlip, TrackNoise, reported_increments
+from grouser.estimators.track_motion import GroundSlip, SideSlip, TrackNoise, reported_increments
 from grouser.estimators.visual.constant_errors import ConstantErrors
 from grouser.estimators.visual.prediction import Increment, MotionPredictor
 from grouser.geometry import Array, exp
@@ -33,6 +33,7 @@ from grouser.kernels import kernel_using
 from grouser.rig import TrackGeometry
 
 _CENTRES, _SCALES, _SIDE, _SPOT = slice(0, 3), slice(3, 5), 5, 6
+_OF_CENTRES = np.array([0, 1, 2, _SPOT])
 _APART = np.array([0.5, -0.5, 0.0])
 """What a metre of width adds to each centre."""
 _TOLD = ("icr_left", "icr_right", "icr_x", "effective_width")
@@ -128,7 +129,8 @@ class IcrPredictor(MotionPredictor):
         )
         self._options = options
         self._noise = TrackNoise(options.track_noise, options.track_noise_floor)
-        self._side_slip = SideSlip(options.side_slip, options.side_slip_turning)
+        side = SideSlip(options.side_slip, options.side_slip_turning)
+        self._slip = GroundSlip(options.transient_noise, options.turn_noise, side)
         self._last = np.zeros(2)
         self._guess, self._silent = np.zeros(3), 0
 
@@ -156,9 +158,10 @@ class IcrPredictor(MotionPredictor):
             [by_twist @ twist_by_centres @ M, by_du * measured, by_side, by_spot]
         )
         of_tracks = by_du @ self._noise.covariance(du) @ by_du.T
-        covariance = of_tracks + self._slip(measured - self._last, twist, by_du, by_twist)
+        turn, change = float(twist[2]), measured - self._last
+        slip = self._slip.covariance(turn, float(twist[0]), by_twist[:, 2], by_du, change)
         self._last, self._guess = measured.copy(), across @ straight
-        return Increment(self._guess, covariance, by_biases, of_tracks=of_tracks)
+        return Increment(self._guess, of_tracks + slip, by_biases, of_tracks=of_tracks)
 
     def _go_on(self, by_biases: Array) -> Increment:
         """Silent tracks leave a guess, that the robot goes on as it went."""
@@ -181,14 +184,6 @@ class IcrPredictor(MotionPredictor):
     def _course(self, du: Array) -> Array:
         return mirrored(du) if self._options.mirrored else np.eye(3)
 
-    def _slip(self, change: Array, twist: Array, by_du: Array, by_twist: Array) -> Array:
-        """(3, 3) covariance that the ground brings, after a change of the tracks' speed."""
-        turn = float(twist[2])
-        late = by_du * (self._options.transient_noise * change)
-        wider = self._options.turn_noise * turn * by_twist[:, 2]
-        slip = late @ late.T + np.outer(wider, wider)
-        return np.asarray(slip + self._side_slip.covariance(turn, float(twist[0])))
-
 
 @kernel_using(mirrored, on_the_spot)
 def _of_course(
@@ -196,14 +191,12 @@ def _of_course(
 ) -> tuple[Array, Array]:
     """(4,) the centres of the course that was measured (2,) and the width, and their sigmas, m."""
     du = measured * (1 + biases[3:5])
-    by_errors, spot = np.zeros((4, 4)), on_the_spot(du)
+    by_errors = np.zeros((4, 4))
     by_errors[:3, :3] = mirrored(du) if as_course else np.eye(3)
-    by_errors[0, 3], by_errors[1, 3] = spot / 2, -spot / 2
+    by_errors[:3, 3] = on_the_spot(du) * _APART
     by_errors[3] = by_errors[0] - by_errors[1]
-    errors, P = np.array([biases[0], biases[1], biases[2], biases[_SPOT]]), np.empty((4, 4))
-    errors[:3] += expected
-    P[:3, :3], P[3, 3] = covariance[:3, :3], covariance[_SPOT, _SPOT]
-    P[:3, 3], P[3, :3] = covariance[:3, _SPOT], covariance[_SPOT, :3]
+    errors, P = np.append(expected, 0.0) + biases[_OF_CENTRES], covariance[_OF_CENTRES]
+    P = np.ascontiguousarray(P[:, _OF_CENTRES])
     return by_errors @ errors, np.sqrt(np.diag(by_errors @ P @ by_errors.T))
 
 

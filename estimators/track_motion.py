@@ -66,6 +66,29 @@ class SideSlip:
         return variance * np.array([[x * x, x * y, 0.0], [x * y, y * y, 0.0], [0.0, 0.0, 0.0]])
 
 
+@dataclass(frozen=True, slots=True)
+class GroundSlip:
+    """Slip that comes and goes: white noise of an increment that the ground brings."""
+
+    transient: float
+    """Share of a change of the tracks' speed: the shear in the ground follows them late."""
+    turn: float
+    """Share of a turn."""
+    side: SideSlip
+
+    def covariance(
+        self, turn: float, chord: float, by_turn: Array, by_du: Array, change: Array
+    ) -> Array:
+        """(3, 3) of an increment that turns by `turn` [rad] over `chord` [m].
+
+        Args:
+            by_turn, by_du: (3,) and (3, 2) derivatives of the increment.
+            change: (2,) of the tracks' increments since the last one, m.
+        """
+        late, turned = by_du * (self.transient * change), self.turn * turn * by_turn
+        return late @ late.T + np.outer(turned, turned) + self.side.covariance(turn, chord)
+
+
 def observed_increments(observation: Observation) -> Array:
     """(2,) left and right increment of an observation, m.
 

@@ -115,8 +115,8 @@ class VisualOdometry(PoseEstimator):
             slip_states: what the filter estimates of the tracks' slip, and how uncertain it is: the
                 instantaneous centres of rotation beside both tracks' scales (`IcrOptions`), or
                 scales alone, of both tracks, the turn and the motion across (`ScaleOptions`, as in
-                SPEC 1.5), which lead less well in the dark. Left out, `SLIP`; the paper's form has
-                scales.
+                SPEC 1.5), which lead less well in the dark. Left out, `IcrOptions` with a
+                `side_walk` of 1e-4; the paper's form has scales.
 
         Raises:
             ValueError: an unknown solver, an option out of range, or a rig without a stereo camera.

@@ -8,6 +8,7 @@ import numpy as np
 from grouser.checks import require_not_negative, require_positive
 from grouser.estimators.base import Observation
 from grouser.estimators.track_motion import (
+    GroundSlip,
     SideSlip,
     TrackNoise,
     arc_jacobian,
@@ -104,9 +105,8 @@ class TrackPredictor(MotionPredictor):
     def __init__(self, tracks: TrackGeometry, options: ScaleOptions) -> None:
         self.errors = options.errors()
         self._tracks = tracks
-        self._options = options
         self._noise = TrackNoise(options.track_noise)
-        self._side_slip = SideSlip()
+        self._slip = GroundSlip(options.transient_noise, options.turn_noise, SideSlip())
         self._last: Array | None = None
         self._before: Array | None = None
 
@@ -126,15 +126,11 @@ class TrackPredictor(MotionPredictor):
         by_turn = by_arc[:, 0]
         by_du = by_arc @ (np.diag([1 + biases[2], 1.0]) @ track_increment_jacobian(width))
         of_tracks = by_du @ self._noise.covariance(du) @ by_du.T
-        slip = self._options.turn_noise * turn * by_turn
-        covariance = of_tracks + np.outer(slip, slip)
-        covariance += self._side_slip.covariance(turn, chord(turn, arc_length))
-        if before is not None:
-            late = by_du * (self._options.transient_noise * (measured - before))
-            covariance += late @ late.T
+        change = np.zeros(2) if before is None else measured - before
+        slip = self._slip.covariance(turn, chord(turn, arc_length), by_turn, by_du, change)
         by_side = np.array([-straight[1], straight[0], 0.0])
         by_biases = np.column_stack([by_du * measured, by_turn * turn, by_side])
-        return Increment(across @ straight, covariance, by_biases, of_tracks=of_tracks)
+        return Increment(across @ straight, of_tracks + slip, by_biases, of_tracks=of_tracks)
 
     def _guess(self, by_biases: Array) -> Increment:
         if self._last is None:
